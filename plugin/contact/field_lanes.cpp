@@ -293,13 +293,19 @@ CC_LANES int hitsFirst(const Direction& dir, const SampleColumns& samples, Lanes
   return some;
 }
 
-bool touchesAt(const Direction& dir, const Lanes& lanes, int lane) {
-  const CcVoxel record = {lanes.a[lane], lanes.b[lane]};
-  if (ccPlaneCount(record) == 0) return record.b == CC_DEEP_INSIDE;
-  const OwnedReach& reach = dir.owned->levels[dir.level].reach[lanes.sample[lane]];
-  const float depth = lanes.depth[lane] * dir.limits().perVoxel;
+CC_LANES int findTouched(const Direction& dir, const Lanes& lanes, std::int32_t* list) {
   constexpr float kBeside = 0.65f;  // half a voxel, and how much the other's plane may be wrong
-  return depth + reach.deeper(lanes.facing[lane]) > -kBeside;
+  const OwnedReach* const reach = dir.owned->levels[dir.level].reach.data();
+  const float perVoxel = dir.limits().perVoxel;
+  const int count = padded(lanes.count);
+  std::int32_t is[kLanes];
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    const float deeper = reach[lanes.sample[i]].deeper(lanes.facing[i]);
+    const int near = lanes.depth[i] * perVoxel + deeper > -kBeside;
+    is[i] = (lanes.a[i] & 0x70000000u) != 0 ? near : lanes.b[i] == CC_DEEP_INSIDE;
+  }
+  return listSet<std::int32_t>(is, 1, lanes.count, nullptr, list);
 }
 
 CC_LANES void nearBricks(const Direction& dir, const FieldData& other, float aside,

@@ -43,9 +43,9 @@ float endDepth(const Direction& dir, const SampleColumns& samples, const FieldDa
 // Moves the hits among the first `count` of lanes.wet to the front, in their order. Returns how
 // many there are.
 int hitsFirst(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count);
-// Whether voxels that a lane's sample owns may lie in the other body, after classify(): some of a
-// voxel does where its center is half a voxel outside.
-bool touchesAt(const Direction& dir, const Lanes& lanes, int lane);
+// Lists the lanes whose samples own voxels that may lie in the other body, after findFacing(): some
+// of a voxel does where its center is half a voxel outside. Returns how many.
+int findTouched(const Direction& dir, const Lanes& lanes, std::int32_t* list);
 // Lists the sample bricks that may touch the other body from where they are, or from up to `aside`
 // [own voxels] away, in ascending order.
 void nearBricks(const Direction& dir, const FieldData& other, float aside,

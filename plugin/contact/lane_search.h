@@ -137,12 +137,14 @@ class LaneSearch {
     // A search of a list does not see all samples of a brick, and has made no room for them.
     if (finer && candidates_.coarse && !dir_.listed && dir_.level == kLevels - 1)
       keepCoarse(*candidates_.coarse);
+    const std::size_t touched = candidates_.touched.size(), hits = hits_.size();
     if (dir_.owned) keepTouched(finer);
     for (int i = 0; i < divided; ++i) {
       lanes_.kind[lanes_.several[i]] &= ~CC_WET;
       divide(lanes_.several[i]);
     }
     sort(finer);
+    if (dir_.owned) nameHits(touched, hits);
     countPlanes();
     lanes_.clear();
   }
@@ -151,17 +153,30 @@ class LaneSearch {
 
   // Where these are, finer samples may be touched, too.
   void keepTouched(bool finer) {
-    for (int i = 0; i < lanes_.count; ++i) {
-      if (!touchesAt(dir_, lanes_, i)) continue;
+    std::int32_t list[kLanes];
+    const int found = findTouched(dir_, lanes_, list);
+    for (int n = 0; n < found; ++n) {
+      const int i = list[n];
       const std::uint32_t k = lanes_.sample[i];
-      const CcVoxel record = {lanes_.a[i], lanes_.b[i]};
-      if (ccPlaneCount(record) == 0)
-        candidates_.touched.push_back({k, target_.deepAt(samples_[k]), V3::Zero()});
-      else
-        candidates_.touched.push_back(
-            {k, lanes_.depth[i], {lanes_.nx[i], lanes_.ny[i], lanes_.nz[i]}});
+      const std::uint32_t planes = ccPlaneCount({lanes_.a[i], lanes_.b[i]});
+      TouchedSample one{k, lanes_.depth[i], {lanes_.nx[i], lanes_.ny[i], lanes_.nz[i]}};
+      if (planes == 0) one.depth = target_.deepAt(samples_[k]), one.other.setZero();
+      one.plain = planes == 1;
+      one.hit = static_cast<std::uint32_t>(i);  // the lane, for nameHits()
+      candidates_.touched.push_back(one);
       if (finer && dir_.level > 0) lanes_.kind[i] |= CC_NEARBY;
     }
+  }
+
+  // Names the hits of what these lanes have added to the touched samples. `hits`: there were
+  // before.
+  void nameHits(std::size_t touched, std::size_t hits) {
+    std::uint32_t hitOf[kLanes];
+    std::fill_n(hitOf, lanes_.count, TouchedSample::kNoHit);
+    for (std::size_t i = hits; i < hits_.size(); ++i)
+      hitOf[lanes_.wet[i - hits]] = static_cast<std::uint32_t>(i);
+    for (std::size_t i = touched; i < candidates_.touched.size(); ++i)
+      candidates_.touched[i].hit = hitOf[candidates_.touched[i].hit];
   }
 
   void keepCoarse(CoarseFound& coarse) {
@@ -275,7 +290,11 @@ inline void join(const Share& share, Candidates& candidates, HitColumns& hits) {
   candidates.work += share.candidates.work;
   append(candidates.next, share.candidates.next);
   append(candidates.deep, share.candidates.deep);
+  const std::size_t touched = candidates.touched.size();
   append(candidates.touched, share.candidates.touched);
+  for (std::size_t i = touched; i < candidates.touched.size(); ++i)
+    if (std::uint32_t& hit = candidates.touched[i].hit; hit != TouchedSample::kNoHit)
+      hit += static_cast<std::uint32_t>(hits.size());
   append(candidates.places, share.candidates.places);
   candidates.parts.append(share.candidates.parts, 0, share.candidates.parts.size());
   hits.append(share.hits);

@@ -42,8 +42,12 @@ struct CoarseFound {
 // A sample whose own voxels may lie in the other body.
 struct TouchedSample {
   std::uint32_t sample;
-  float depth;  // [m] in the other body, negative outside
-  V3 other;     // normal there, in the other body's frame; zero below its band
+  float depth;         // [m] in the other body, negative outside
+  V3 other;            // normal there, in the other body's frame; zero below its band
+  bool plain = false;  // the other's surface there is one plane
+  std::uint32_t hit = kNoHit;
+
+  static constexpr std::uint32_t kNoHit = ~0u;  // it is no hit itself
 };
 
 // Samples near the other body, from level to level: the next finer level searches only their cells.

@@ -31,7 +31,7 @@ std::span<const PatchMatter> TouchedMatter::of(const ContactBody& a, const Conta
       sums_->touchedByArea(touched_);
       touched = touched_;
     }
-    for (const search::TouchedSample& one : touched) sums_->add(one);
+    sums_->add(touched);
     sums_->finish(matter_);
     work_.voxels += sums_->takeLookups();
   }

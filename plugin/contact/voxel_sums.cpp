@@ -3,10 +3,9 @@
 #include "contact/voxel_sums.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
 #include <iterator>
-#include <limits>
 
 #include "base/simd.h"
 #include "contact/field_lanes.h"
@@ -20,18 +19,10 @@ namespace {
 using search::TouchedSample;
 using search::V3;
 
-constexpr double kFarAway = std::numeric_limits<double>::infinity();
-// [voxels] Some of a voxel is in the other body where its center is less than half a voxel outside.
-// What the other's plane at the sample, continued, tells of it may be wrong by this.
-constexpr float kInVoxel = 0.5f, kSure = 0.15f;
-// Voxels far below a sample lie beside its normal by at most this share of their depth.
-constexpr float kFans = 0.5f;
-constexpr float kSteep = 0.1f;  // the other's plane ends no run that it meets less steeply
-constexpr std::uint32_t kAtOnce = OwnedVoxels::kBeyond;
-
-Vec3 vec(const double* v) {
-  return {v[0], v[1], v[2]};
-}
+constexpr float kFarAway = 1e9f;  // [voxels]
+// Touched samples over which the errors of quadrics, 0.01 voxel, go out. Of two balls that touch by
+// half a voxel, by 20 samples, they count 3 % too many voxels.
+constexpr std::size_t kMany = 128;
 
 Pose gridIn(const Pose& body, const ContactBody& own) {
   return body.inverse() * own.pose * gridPose(own.field->cloud());
@@ -47,28 +38,6 @@ std::uint32_t firstOf(const SampleSet& set, std::size_t brick, int level) {
   return sample;
 }
 
-// A plane: x is here - n.x below it.
-struct Plane {
-  float nx, ny, nz, here;
-};
-
-// Lists those of the first `count` of kAtOnce voxels that are more than `least` below the plane;
-// returns how many.
-CC_LANES int listBelow(const Plane& plane, float least, const float* x, const float* y,
-                       const float* z, int count, std::int32_t* list) {
-  const Plane p = plane;
-  std::int32_t is[kAtOnce];
-  CC_INDEPENDENT
-  for (std::uint32_t i = 0; i < kAtOnce; ++i)
-    is[i] = p.here - (p.nx * x[i] + p.ny * y[i] + p.nz * z[i]) > least;
-  int found = 0;
-  for (int i = 0; i < count; ++i) {
-    list[found] = i;
-    found += is[i];
-  }
-  return found;
-}
-
 }  // namespace
 
 void VoxelSums::begin(const ContactBody& own, const ContactBody& other, Side side,
@@ -78,7 +47,7 @@ void VoxelSums::begin(const ContactBody& own, const ContactBody& other, Side sid
   dir_ = std::make_unique<search::Direction>(
       search::Direction{wayOf(own, other, frame), data, data.samples(), found.level, side,
                         static_cast<float>(data.cloud().voxelSize())});
-  owned_ = &ownedVoxels(data);
+  level_ = &ownedVoxels(data).levels[found.level];
   vectors_ = own.paper ? ownedVectors(data, *own.paper->vectors) : nullptr;
   area_ = areaOf(other);
   if (!area_ && other.shape) {
@@ -94,9 +63,11 @@ void VoxelSums::begin(const ContactBody& own, const ContactBody& other, Side sid
   mixed_ = std::find(hardness_.begin(), hardness_.end(), 0.0) != hardness_.end();
   toFrame_ = gridIn(frame.pose, own);
   toOther_ = gridIn(other.pose, own);
+  tissues_ = own.tissues && own.tissues->size() > 1;
   sums_.assign(found.binner.patches().size(), {});
+  next_.assign(sums_.size(), 0);
+  various_ = hardness_.size() > 1 || parts_;
   lanes_.clear();
-  columns_.count = 0;
   std::fill(std::begin(known_), std::end(known_), KnownBin{});
 }
 
@@ -104,7 +75,7 @@ void VoxelSums::touchedByArea(std::vector<TouchedSample>& touched) const {
   touched.clear();
   const SampleSet& set = dir_->samples;
   const SampleColumns& samples = set.levels[found_->level].samples;
-  const std::vector<OwnedReach>& reach = owned_->levels[found_->level].reach;
+  const std::vector<OwnedReach>& reach = level_->reach;
   const double h = own_->field->cloud().voxelSize();
   const bool distance = isDistance(area_->solid);
   const auto inOther = [&](float x, float y, float z) {
@@ -121,98 +92,125 @@ void VoxelSums::touchedByArea(std::vector<TouchedSample>& touched) const {
       V3 normal;
       ccTurnBack(dir_->turnToOther, at.normal.cast<float>().eval().data(), normal.data());
       const float facing = normal.dot(V3(samples.nx[k], samples.ny[k], samples.nz[k]));
-      if (depth / dir_->voxel + reach[k].deeper(facing) > -kInVoxel - kSure)
+      if (depth / dir_->voxel + reach[k].deeper(facing) > kLeast)
         touched.push_back({k, depth, at.normal.cast<float>()});
     }
   }
 }
 
-std::size_t VoxelSums::patchAt(const SurfaceSample& s, const TouchedSample& t) {
+std::size_t VoxelSums::patchAt(const TouchedSample& t) {
   if (sums_.size() == 1) return 0;
-  const Hit hit = search::hitOf(*dir_, s, t.depth, t.other, t.other.isZero());
-  const CcBinOfHit bin = ccBinOf(hit.position.data(), hit.own.data(), hit.other.data(), hit.facing,
-                                 hit.depth, dir_->side, static_cast<float>(1 / found_->cell));
+  if (t.hit != TouchedSample::kNoHit) return found_->binner.patchOf(t.hit);
+  const OwnedRun& run = level_->runs[t.sample];
+  const V3 at = search::applied(dir_->toFrame, V3(run.at)),
+           own = search::turned(dir_->frameFromOwn, V3(run.normal));
+  const V3 other = t.other.isZero() ? V3(-own) : search::turned(dir_->frameFromOther, t.other);
+  const CcHit hit = ccHitOf(at.data(), own.data(), other.data(), t.depth, 0);
+  const CcBinOfHit bin = ccBinOf(hit.position, hit.own, hit.other, hit.facing, t.depth, dir_->side,
+                                 static_cast<float>(1 / found_->cell));
   const std::uint64_t key = ccBinKey(bin.x, bin.y, bin.z, bin.direction);
-  KnownBin& known = known_[key * 0x9E3779B97F4A7C15u >> 58];
-  if (known.key != key) known = {key, found_->binner.patchNear(bin, dir_->side, hit.own.data())};
+  KnownBin& known = known_[key * 0x9E3779B97F4A7C15u >> 56];
+  if (known.key != key) known = {key, found_->binner.patchNear(bin, dir_->side, hit.own)};
   return known.patch;
 }
 
-VoxelSums::Run VoxelSums::runOf(const TouchedSample& touched, const SurfaceSample& s) const {
-  const OwnedVoxels::Level& level = owned_->levels[dir_->level];
-  const V3 at(s.position[0], s.position[1], s.position[2]);
-  const V3 normal(s.normal[0], s.normal[1], s.normal[2]);
-  Run run{
-      level.firsts[touched.sample],          level.firsts[touched.sample + 1], V3::Zero(), 0, -1,
-      std::numeric_limits<float>::infinity()};
-  if (touched.other.isZero()) return run;  // deep: the body's own surface tells nothing
-  ccTurnBack(dir_->turnToOther, touched.other.data(), run.other.data());
-  const float depth = touched.depth / dir_->voxel;
-  run.here = depth + run.other.dot(at);
-  run.least = -(kInVoxel + kSure);
-  const float facing = -run.other.dot(normal);
-  const float slope = std::sqrt(std::max(1 - facing * facing, 0.0f));
-  const float steep = facing - kFans * slope;
-  if (steep > kSteep)
-    run.end = (depth + level.reach[touched.sample].aside * slope - run.least) / steep;
-  return run;
+search::OwnedPlane VoxelSums::planeAt(const TouchedSample& touched, const OwnedRun& run) const {
+  if (touched.other.isZero()) return {0, 0, 0, 0, -1};  // deep: its own surface tells nothing
+  V3 n;
+  ccTurnBack(dir_->turnToOther, touched.other.data(), n.data());
+  const float here = touched.depth / dir_->voxel + n.dot(V3(run.at));
+  return {n.x(), n.y(), n.z(), here, kLeast};
 }
 
-void VoxelSums::add(const TouchedSample& touched) {
-  const SurfaceSample s = dir_->samples.levels[dir_->level].samples[touched.sample];
-  const Run run = runOf(touched, s);
-  const Plane plane{run.other.x(), run.other.y(), run.other.z(), run.here};
-  const std::vector<std::uint32_t>& order = owned_->levels[dir_->level].order;
-  const V3 at(s.position[0], s.position[1], s.position[2]),
-      n(s.normal[0], s.normal[1], s.normal[2]);
-  float x[kAtOnce] = {}, y[kAtOnce] = {}, z[kAtOnce] = {};
-  std::int32_t list[kAtOnce];
-  bool known = false;
-  for (std::uint32_t first = run.first; first < run.last; first += kAtOnce) {
-    const int some = static_cast<int>(std::min(kAtOnce, run.last - first));
-    const float *px = &owned_->x[first], *py = &owned_->y[first], *pz = &owned_->z[first];
-    if (!order.empty()) {
-      for (int i = 0; i < some; ++i) {
-        const std::uint32_t e = order[first + static_cast<std::uint32_t>(i)];
-        x[i] = owned_->x[e], y[i] = owned_->y[e], z[i] = owned_->z[e];
-      }
-      px = x, py = y, pz = z;
+void VoxelSums::add(std::span<const TouchedSample> touched) {
+  // A coarsest sample alone has more voxels than a quadric needs looks.
+  const bool smooth = touched.size() >= kMany && dir_->level == kLevels - 1 && vectors_ && !area_ &&
+                      !various_ && !tissues_ && !whole_;
+  for (const TouchedSample& one : touched)
+    if (smooth && maySmooth(one))
+      addSmooth(one);
+    else
+      addByLooks(one);
+}
+
+void VoxelSums::addByLooks(const TouchedSample& touched) {
+  if (pending_ == kPending) lookAtPending();
+  pendingSample_[pending_] = touched;
+  pendingPlane_[pending_++] = planeAt(touched, level_->runs[touched.sample]);
+}
+
+// One stage after the other: the loops' steps do not wait for each other then.
+void VoxelSums::lookAtPending() {
+  constexpr std::uint32_t kBoxed = OwnedVoxels::kBoxed;
+  boxes_.clear();
+  for (int i = 0; i < pending_; ++i) {
+    const OwnedRun& run = level_->runs[pendingSample_[i].sample];
+    const std::uint32_t boxes = (run.size() + kBoxed - 1) / kBoxed;
+    for (std::uint32_t b = 0; b < boxes; b += kBoxed) {
+      const int some = static_cast<int>(std::min(kBoxed, boxes - b));
+      std::uint32_t below = search::boxesBelow(pendingPlane_[i], level_->boxes, run.box + b, some);
+      for (std::uint32_t first = run.first + kBoxed * b; below; below >>= 1, first += kBoxed)
+        if (below & 1) boxes_.push_back({i, first, std::min(kBoxed, run.last - first), 0});
     }
-    const int found = listBelow(plane, run.least, px, py, pz, some, list);
-    if (found > 0 && !known) patch_ = patchAt(s, touched);
-    known = known || found > 0;
-    for (int i = 0; i < found; ++i) {
-      const std::uint32_t e = first + static_cast<std::uint32_t>(list[i]);
-      take(order.empty() ? e : order[e]);
-    }
-    const int deepest = some - 1;
-    if (n.dot(at - V3(px[deepest], py[deepest], pz[deepest])) > run.end) return;
   }
+  for (Box& box : boxes_)
+    box.below = search::voxelsBelow(pendingPlane_[box.pending], *level_, box.first,
+                                    static_cast<int>(box.count));
+  int last = -1;
+  for (const Box& box : boxes_) {
+    if (box.below == 0) continue;
+    if (box.pending != last) patch_ = patchAt(pendingSample_[box.pending]);
+    last = box.pending;
+    take(box);
+  }
+  pending_ = 0;
 }
 
-void VoxelSums::take(std::uint32_t voxel) {
-  const int lane = lanes_.count++;
-  voxel_[lane] = voxel;
-  patches_[lane] = static_cast<std::uint32_t>(patch_);
-  if (lanes_.full()) flush();
+// Takes the voxels of a box that are below its plane.
+void VoxelSums::take(const Box& box) {
+  if (lanes_.count + static_cast<int>(kAtOnce) > search::kLanes) flush();
+  std::fill_n(patches_ + lanes_.count, kAtOnce, static_cast<std::uint32_t>(patch_));
+  int count = lanes_.count;
+#pragma GCC unroll 16
+  for (std::uint32_t i = 0; i < kAtOnce; ++i) {
+    voxel_[count] = box.first + i;
+    count += static_cast<int>(box.below >> i & 1u);
+  }
+  lanes_.count = count;
+}
+
+// Reads the lanes' voxels.
+CC_LANES void VoxelSums::loadVoxels() {
+  const OwnedVoxel* const voxels = level_->voxels.data();
+  OwnedVoxel read[search::kLanes];
+  for (int i = 0; i < lanes_.count; ++i) read[i] = voxels[voxel_[i]];
+  search::pad(read, lanes_.count);
+  const int count = search::padded(lanes_.count);
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    lanes_.own.x[i] = read[i].x();
+    lanes_.own.y[i] = read[i].y();
+    lanes_.own.z[i] = read[i].z();
+    coverage_[i] = read[i].coverage();
+  }
 }
 
 // Depths of the lanes' voxels in the other body or in D.
 void VoxelSums::lookUp() {
+  const double h = own_->field->cloud().voxelSize();
   if (area_) {
-    const double h = own_->field->cloud().voxelSize();
-    for (int i = 0; i < lanes_.count; ++i)
-      depth_[i] = depthOf(
-          *area_, toOther_.toWorld(h * Vec3(lanes_.own.x[i], lanes_.own.y[i], lanes_.own.z[i])));
+    for (int i = 0; i < lanes_.count; ++i) {
+      const Vec3 center(lanes_.own.x[i], lanes_.own.y[i], lanes_.own.z[i]);
+      depth_[i] = static_cast<float>(depthOf(*area_, toOther_.toWorld(h * center)) / h);
+    }
     return;
   }
   const FieldData& field = other_->field->data();
-  for (float* const column : {lanes_.own.x, lanes_.own.y, lanes_.own.z})
-    search::pad(column, lanes_.count);
   findRecords(*dir_, field, lanes_);
   measure(*dir_, field, static_cast<float>(field.cloud().voxelSize()), false, lanes_);
+  const float perVoxel = 1 / dir_->voxel;
   for (int i = 0; i < lanes_.count; ++i)
-    depth_[i] = ccPlaneCount({lanes_.a[i], lanes_.b[i]}) > 0 ? double(lanes_.depth[i])
+    depth_[i] = ccPlaneCount({lanes_.a[i], lanes_.b[i]}) > 0 ? lanes_.depth[i] * perVoxel
                 : lanes_.b[i] == CC_DEEP_INSIDE              ? kFarAway
                                                              : -kFarAway;
 }
@@ -220,95 +218,26 @@ void VoxelSums::lookUp() {
 void VoxelSums::flush() {
   if (lanes_.count == 0) return;
   lookups_ += static_cast<std::size_t>(lanes_.count);
-  for (int i = 0; i < lanes_.count; ++i) {
-    const std::uint32_t v = voxel_[i];
-    lanes_.own.x[i] = owned_->x[v], lanes_.own.y[i] = owned_->y[v], lanes_.own.z[i] = owned_->z[v];
-    coverage_[i] = owned_->coverage[v];
-  }
+  loadVoxels();
   lookUp();
   findShares();
   const int counted = search::listSet<std::int32_t>(counts_, 1, lanes_.count, nullptr, lanes_.wet);
-  for (int k = 0; k < counted; ++k) {
-    const int i = lanes_.wet[k];
-    const std::uint32_t v = voxel_[i];
-    double f[3] = {0, 0, 0};
-    if (vectors_) f[0] = vectors_->x[v], f[1] = vectors_->y[v], f[2] = vectors_->z[v];
-    put(share_[i], patches_[i], {lanes_.own.x[i], lanes_.own.y[i], lanes_.own.z[i]},
-        owned_->material[v], f);
-  }
+  sortByPatch(counted);
+  put(counted);
+  if (various_ || tissues_) weigh(counted);
   lanes_.clear();
   sumUp();
 }
 
 CC_LANES void VoxelSums::findShares() {
-  const double perVoxel = 1 / double(dir_->voxel);
   const bool whole = whole_;
-  const int count = lanes_.count;
+  const int count = search::padded(lanes_.count);
   CC_INDEPENDENT
   for (int i = 0; i < count; ++i) {
-    const double depth = depth_[i] * perVoxel;
-    const double part = std::min(std::max(depth + 0.5, 0.0), 1.0) * coverage_[i] / 255;
-    share_[i] = whole ? (depth >= 0 ? 1.0 : 0.0) : part;
+    const float part = ccMin(ccMax(depth_[i] + 0.5f, 0.0f), 1.0f) * coverage_[i];
+    share_[i] = whole ? (depth_[i] >= 0 ? 1.0f : 0.0f) : part;
     counts_[i] = share_[i] > 0;
   }
-}
-
-// Puts a voxel into the columns. `f`: its base vector.
-void VoxelSums::put(double share, std::size_t patch, const Vec3& center, std::uint8_t material,
-                    const double* f) {
-  Columns& c = columns_;
-  const int i = c.count++;
-  c.share[i] = share;
-  c.patch[i] = static_cast<std::uint32_t>(patch);
-  const TissueTable* const tissues = own_->tissues;
-  const Tissue* const tissue = tissues ? &(*tissues)[tissues->size() > 1 ? material : 0] : nullptr;
-  c.stiffness[i] = tissue ? tissue->stiffness : 0;
-  c.damping[i] = tissue ? tissue->damping : 0;
-  c.x[i] = center.x(), c.y[i] = center.y(), c.z[i] = center.z();
-  c.fx[i] = f[0], c.fy[i] = f[1], c.fz[i] = f[2];
-  c.length[i] = std::sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]);
-  double ability = ability_;
-  if (parts_)
-    ability =
-        abilityAt(ability_, *parts_, toOther_.toWorld(own_->field->cloud().voxelSize() * center));
-  const double hardness = hardness_.size() > 1 ? hardness_[material] : hardness_[0];
-  c.weight[i] = ccWeightOf(share, hardness, ability);
-}
-
-// Adds the columns to their patches' sums.
-void VoxelSums::sumUp() {
-  const Columns& c = columns_;
-  for (int first = 0, last = 0; first < c.count; first = last) {
-    while (last < c.count && c.patch[last] == c.patch[first]) ++last;
-    Sum& sum = sums_[c.patch[first]];
-    addTo(sum.hard, c, c.weight, first, last);
-    if (mixed_) addTo(sum.plain, c, c.share, first, last);
-  }
-  columns_.count = 0;
-}
-
-// Eight voxels at once, in a fixed order.
-CC_LANES void VoxelSums::addTo(double* sum, const Columns& c, const double* weights, int first,
-                               int last) {
-  const double* const columns[] = {c.share, weights, c.stiffness, c.damping, c.x,     c.y,
-                                   c.z,     c.fx,    c.fy,        c.fz,      c.length};
-  CcEight all[kTerms] = {}, v[std::size(columns)];
-  for (int i = first; i < last; i += 8) {
-    for (std::size_t k = 0; k < std::size(columns); ++k)
-      std::memcpy(&v[k], columns[k] + i, sizeof *v);
-    for (int k = last - i; k < 8; ++k) v[0][k] = v[1][k] = 0;
-    const CcEight share = v[0], w = v[1], x = v[4], y = v[5], z = v[6];
-    const CcEight fx = w * v[7], fy = w * v[8], fz = w * v[9];
-    all[kCount] += share;
-    all[kStiffness] += share * v[2], all[kDamping] += share * v[3];
-    all[kWeight] += w, all[kLength] += w * v[10];
-    all[kVector] += fx, all[kVector + 1] += fy, all[kVector + 2] += fz;
-    all[kMoment] += y * fz - z * fy;
-    all[kMoment + 1] += z * fx - x * fz;
-    all[kMoment + 2] += x * fy - y * fx;
-  }
-  for (int k = 0; k < kTerms; ++k)
-    for (int lane = 0; lane < 8; ++lane) sum[k] += all[k][lane];
 }
 
 void VoxelSums::addNear() {
@@ -322,34 +251,7 @@ void VoxelSums::addNear() {
     const VoxelIndex v = (inside / h).array().floor().cast<int>();
     if (cloud.coverage(v.x(), v.y(), v.z()) == 0) continue;
     const double share = double(hit.area) / (h * h) * std::min(double(hit.depth) / h + 0.5, 1.0);
-    Vec3 f = Vec3::Zero();
-    if (vectors_) f = own_->paper->vectors->at(v).toRepresentative / h;
-    put(share, found_->binner.patchOf(i), v.cast<double>() + Vec3::Constant(0.5),
-        cloud.material(v.x(), v.y(), v.z()), f.data());
-    if (columns_.count == search::kLanes) sumUp();
-  }
-  sumUp();
-}
-
-void VoxelSums::finish(std::vector<PatchMatter>& matter) {
-  flush();
-  double weight = 0;
-  for (const Sum& sum : sums_) weight += sum.hard[kWeight];
-  // (5), where nothing that is touched has a hardness.
-  const bool plain = mixed_ && !(weight > 0);
-  const int side = dir_->side;
-  const double h = own_->field->cloud().voxelSize(), sign = side == kA ? 1 : -1;
-  const Eigen::Matrix3d turn = toFrame_.orientation.toRotationMatrix();
-  for (std::size_t k = 0; k < sums_.size(); ++k) {
-    const double* const from = plain ? sums_[k].plain : sums_[k].hard;
-    PatchMatter& to = matter[k];
-    to.count[side] += from[kCount];
-    to.stiffness[side] += from[kStiffness];
-    to.damping[side] += from[kDamping];
-    const Vec3 f = sign * h * turn * vec(from + kVector);
-    to.vectors += f;
-    to.moment += sign * h * h * turn * vec(from + kMoment) + toFrame_.position.cross(f);
-    to.lengths += h * from[kLength];
+    addOne(found_->binner.patchOf(i), share, v);
   }
 }
 

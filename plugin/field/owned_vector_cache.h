@@ -7,9 +7,12 @@
 
 namespace cloudcontact {
 
-// In the order of the voxels [voxels].
+// Of each level, in the order of its voxels [voxels].
 struct OwnedVectors {
-  std::vector<float> x, y, z;
+  struct Level {
+    std::vector<float> x, y, z, length;
+  };
+  std::vector<Level> levels;
 };
 
 // Those that a query read last, of one SurfaceField.

@@ -3,6 +3,7 @@
 #include "field/owned_voxels.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 #include "field/base_vector_bricks.h"
@@ -15,6 +16,7 @@ using V3 = Eigen::Vector3f;
 using V3i = Eigen::Vector3i;
 
 constexpr std::int32_t kNobody = -1;
+constexpr std::uint32_t kNone = ~0u;
 // [voxels] A sample's own voxel is looked for this far behind it: one on a voxel's face belongs to
 // the voxel behind.
 constexpr float kBehind[] = {0.05f, 0.5f};
@@ -141,46 +143,32 @@ class Owners {
 // samples, the one that faces most alike.
 std::vector<std::uint32_t> coarserOf(const SampleLevel& level, const SampleColumns& fine) {
   const SampleColumns& all = level.samples;
-  std::vector<std::uint32_t> coarser(fine.size(), 0);
-  std::vector<float> best(fine.size(), -2);
+  std::vector<std::uint32_t> coarser(fine.size(), kNone);
   for (std::uint32_t k = 0; k < all.size(); ++k) {
     const SampleRun run = level.finer[level.cellOf[k]];
     for (std::uint32_t i = run.first; i < run.first + run.count; ++i) {
-      const float alike = normalOf(all, k).dot(normalOf(fine, i));
-      if (alike > best[i]) best[i] = alike, coarser[i] = k;
+      const auto alike = [&](std::uint32_t one) {
+        return normalOf(all, one).dot(normalOf(fine, i));
+      };
+      if (coarser[i] == kNone || alike(k) > alike(coarser[i])) coarser[i] = k;
     }
   }
   return coarser;
 }
 
-// Lists voxels by their owners on a level, and by their depth below these.
-void listBy(const SampleColumns& samples, const std::vector<std::uint32_t>& owner,
-            const OwnedVoxels& voxels, OwnedVoxels::Level& level) {
-  level.firsts.assign(samples.size() + 1, 0);
-  for (const std::uint32_t k : owner) ++level.firsts[k + 1];
-  std::partial_sum(level.firsts.begin(), level.firsts.end(), level.firsts.begin());
-  std::vector<std::uint32_t> next(level.firsts.begin(), level.firsts.end() - 1);
-  std::vector<std::pair<float, std::uint32_t>> sorted(owner.size());
-  for (std::uint32_t i = 0; i < owner.size(); ++i) {
-    const std::uint32_t k = owner[i];
-    const V3 by = positionOf(samples, k) - V3(voxels.x[i], voxels.y[i], voxels.z[i]);
-    sorted[next[k]++] = {normalOf(samples, k).dot(by), i};
-  }
-  for (std::size_t k = 0; k < samples.size(); ++k)
-    std::sort(sorted.begin() + level.firsts[k], sorted.begin() + level.firsts[k + 1]);
-  level.order.resize(owner.size());
-  for (std::size_t i = 0; i < owner.size(); ++i) level.order[i] = sorted[i].second;
-}
+// A voxel with matter.
+struct Matter {
+  V3i at;
+  std::uint8_t coverage, material;
+  std::uint32_t owner;
+};
 
-void measureReach(const SampleColumns& samples, const OwnedVoxels& voxels,
-                  OwnedVoxels::Level& level) {
-  level.reach.resize(samples.size());
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    const V3 at = positionOf(samples, k), n = normalOf(samples, k);
-    OwnedReach& reach = level.reach[k];
-    for (std::uint32_t i = level.firsts[k]; i < level.firsts[k + 1]; ++i) {
-      const std::uint32_t e = level.order[i];
-      const V3 by = V3(voxels.x[e], voxels.y[e], voxels.z[e]) - at;
+void measureReach(OwnedVoxels::Level& level) {
+  for (const OwnedRun& run : level.runs) {
+    const V3 at(run.at), n(run.normal);
+    OwnedReach& reach = level.reach.emplace_back();
+    for (std::uint32_t i = run.first; i < run.last; ++i) {
+      const V3 by = level.voxels[i].center() - at;
       const float rise = n.dot(by);
       reach.below = std::max(reach.below, -rise);
       if (rise < -kShallow) continue;
@@ -190,73 +178,105 @@ void measureReach(const SampleColumns& samples, const OwnedVoxels& voxels,
   }
 }
 
-template <typename Number>
-void permute(const std::vector<std::uint32_t>& order, std::vector<Number>& values) {
-  std::vector<Number> permuted(values.size());
-  for (std::size_t i = 0; i < order.size(); ++i) permuted[i] = values[order[i]];
-  values = std::move(permuted);
+void makeBoxes(OwnedVoxels::Level& level) {
+  constexpr std::uint32_t kBoxed = OwnedVoxels::kBoxed;
+  std::uint32_t count = 0;
+  for (OwnedRun& run : level.runs) {
+    run.box = count;
+    count += (run.size() + kBoxed - 1) / kBoxed;
+  }
+  OwnedBoxes& boxes = level.boxes;
+  for (std::vector<float>* const column :
+       {&boxes.x, &boxes.y, &boxes.z, &boxes.halfX, &boxes.halfY, &boxes.halfZ})
+    column->resize(count + OwnedVoxels::kBeyond);
+  for (const OwnedRun& run : level.runs)
+    for (std::uint32_t first = run.first, at = run.box; first < run.last; first += kBoxed, ++at) {
+      Eigen::AlignedBox3f box;
+      for (std::uint32_t i = first; i < std::min(run.last, first + kBoxed); ++i)
+        box.extend(level.voxels[i].center());
+      const V3 middle = box.center(), half = 0.5f * box.sizes();
+      boxes.x[at] = middle.x(), boxes.y[at] = middle.y(), boxes.z[at] = middle.z();
+      boxes.halfX[at] = half.x(), boxes.halfY[at] = half.y(), boxes.halfZ[at] = half.z();
+    }
 }
 
-// Puts the voxels in the order of the coarsest level.
-void putInOrder(OwnedVoxels& voxels) {
-  const std::vector<std::uint32_t> order = std::move(voxels.levels[kLevels - 1].order);
-  voxels.levels[kLevels - 1].order.clear();
-  permute(order, voxels.x), permute(order, voxels.y), permute(order, voxels.z);
-  permute(order, voxels.coverage), permute(order, voxels.material);
-  std::vector<std::uint32_t> place(order.size());
-  for (std::uint32_t i = 0; i < order.size(); ++i) place[order[i]] = i;
-  for (int level = 0; level < kLevels - 1; ++level)
-    for (std::uint32_t& voxel : voxels.levels[level].order) voxel = place[voxel];
+// Lists the voxels by their owners on a level.
+void listBy(const SampleColumns& samples, const std::vector<Matter>& voxels,
+            OwnedVoxels::Level& level) {
+  std::vector<std::uint32_t> firsts(samples.size() + 1, 0);
+  for (const Matter& v : voxels) ++firsts[v.owner + 1];
+  std::partial_sum(firsts.begin(), firsts.end(), firsts.begin());
+  std::vector<std::uint32_t> next(firsts.begin(), firsts.end() - 1);
+  std::vector<std::pair<float, std::uint32_t>> sorted(voxels.size());
+  for (std::uint32_t i = 0; i < voxels.size(); ++i) {
+    const std::uint32_t k = voxels[i].owner;
+    const V3 by = positionOf(samples, k) - centerOf(voxels[i].at);
+    sorted[next[k]++] = {normalOf(samples, k).dot(by), i};
+  }
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    std::sort(sorted.begin() + firsts[k], sorted.begin() + firsts[k + 1]);
+    OwnedRun run{{}, {}, firsts[k], firsts[k + 1], 0};
+    V3::Map(run.at) = positionOf(samples, k);
+    V3::Map(run.normal) = normalOf(samples, k);
+    level.runs.push_back(run);
+  }
+  for (const auto& one : sorted) {
+    const Matter& v = voxels[one.second];
+    level.voxels.push_back(OwnedVoxel::of(v.at, v.coverage, v.material));
+  }
+  level.voxels.resize(voxels.size() + OwnedVoxels::kBeyond);
+  measureReach(level);
+  makeBoxes(level);
 }
 
 std::shared_ptr<const OwnedVoxels> makeOwned(const FieldData& field) {
   const Cloud& cloud = field.cloud();
   const SampleSet& set = field.samples();
-  auto owned = std::make_shared<OwnedVoxels>();
-  std::vector<std::uint32_t> owner;
+  std::vector<Matter> voxels;
   Owners(field).each([&](const V3i& v, std::uint32_t k) {
-    const V3 center = centerOf(v);
-    owned->x.push_back(center.x()), owned->y.push_back(center.y()), owned->z.push_back(center.z());
-    owned->coverage.push_back(cloud.coverage(v.x(), v.y(), v.z()));
-    owned->material.push_back(cloud.material(v.x(), v.y(), v.z()));
-    owner.push_back(k);
+    voxels.push_back(
+        {v, cloud.coverage(v.x(), v.y(), v.z()), cloud.material(v.x(), v.y(), v.z()), k});
   });
+  auto owned = std::make_shared<OwnedVoxels>();
   for (int level = 0; level < kLevels; ++level) {
-    const SampleColumns& samples = set.levels[level].samples;
     if (level > 0) {
       const auto coarser = coarserOf(set.levels[level], set.levels[level - 1].samples);
-      for (std::uint32_t& k : owner) k = coarser[k];
+      for (Matter& v : voxels) v.owner = coarser[v.owner];
     }
-    listBy(samples, owner, *owned, owned->levels[level]);
-    measureReach(samples, *owned, owned->levels[level]);
+    listBy(set.levels[level].samples, voxels, owned->levels[level]);
   }
-  putInOrder(*owned);
-  for (std::vector<float>* const column : {&owned->x, &owned->y, &owned->z})
-    column->resize(owned->size() + OwnedVoxels::kBeyond);
   return owned;
+}
+
+OwnedVectors::Level vectorsOf(const OwnedVoxels::Level& level, const BaseVectorBricks& bricks) {
+  OwnedVectors::Level made;
+  for (std::vector<float>* const column : {&made.x, &made.y, &made.z, &made.length})
+    column->resize(level.voxels.size());
+  for (std::size_t i = 0; i < level.size(); ++i) {
+    const V3i v = level.voxels[i].center().array().floor().cast<int>();
+    const FieldBlock* const block = bricks.blockOf(v);
+    if (!block) continue;
+    const V3 f = bricks.weigh(*block, cellIndex(v)).toRepresentative.cast<float>();
+    made.x[i] = f.x(), made.y[i] = f.y(), made.z[i] = f.z(), made.length[i] = f.norm();
+  }
+  return made;
 }
 
 std::shared_ptr<const OwnedVectors> makeVectors(const OwnedVoxels& voxels,
                                                 const BaseVectorBricks& bricks) {
   auto made = std::make_shared<OwnedVectors>();
-  for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const V3i v(int(voxels.x[i]), int(voxels.y[i]), int(voxels.z[i]));
-    const FieldBlock* const block = bricks.blockOf(v);
-    Vec3 f = Vec3::Zero();
-    if (block) f = bricks.weigh(*block, cellIndex(v)).toRepresentative;
-    made->x.push_back(float(f.x())), made->y.push_back(float(f.y())),
-        made->z.push_back(float(f.z()));
-  }
+  for (const OwnedVoxels::Level& level : voxels.levels)
+    made->levels.push_back(vectorsOf(level, bricks));
   return made;
 }
 
 }  // namespace
 
 std::size_t OwnedVoxels::bytes() const {
-  std::size_t sum = size() * (3 * sizeof(float) + 2);
+  std::size_t sum = 0;
   for (const Level& level : levels)
-    sum += (level.order.size() + level.firsts.size()) * sizeof(std::uint32_t) +
-           level.reach.size() * sizeof(OwnedReach);
+    sum += level.runs.size() * (sizeof(OwnedRun) + sizeof(OwnedReach)) +
+           level.boxes.x.size() * 6 * sizeof(float) + level.voxels.size() * sizeof(OwnedVoxel);
   return sum;
 }
 

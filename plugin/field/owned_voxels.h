@@ -24,23 +24,54 @@ struct OwnedReach {
   }
 };
 
-struct OwnedVoxels {
-  // Of each voxel: its center in the grid's frame [voxels], coverage and material. In the order of
-  // the coarsest samples, whose voxels are read most.
-  std::vector<float> x, y, z;
-  std::vector<std::uint8_t> coverage, material;
+// A voxel's indices, of up to 2^15 along each axis, coverage [1/255] and material, in 8 bytes:
+// where memory is slow, less is faster.
+struct OwnedVoxel {
+  std::uint32_t xy = 0, rest = 0;
 
+  static OwnedVoxel of(const Eigen::Vector3i& v, std::uint8_t coverage, std::uint8_t material) {
+    return {std::uint32_t(v.x()) | std::uint32_t(v.y()) << 16,
+            std::uint32_t(v.z()) | std::uint32_t(coverage) << 16 | std::uint32_t(material) << 24};
+  }
+  // The center [voxels].
+  float x() const { return float(int(xy & 0xffffu)) + 0.5f; }
+  float y() const { return float(int(xy >> 16)) + 0.5f; }
+  float z() const { return float(int(rest & 0xffffu)) + 0.5f; }
+  Eigen::Vector3f center() const { return {x(), y(), z()}; }
+  float coverage() const { return float(int(rest >> 16 & 0xffu)) * (1 / 255.0f); }
+  std::uint8_t material() const { return std::uint8_t(rest >> 24); }
+};
+
+// A sample and its voxels, and the boxes around these, each of at most OwnedVoxels::kBoxed.
+struct OwnedRun {
+  float at[3], normal[3];          // [voxels]
+  std::uint32_t first, last, box;  // `last`: the end
+
+  std::uint32_t size() const { return last - first; }
+};
+
+// Middles and half edges of boxes around the centers of voxels, side by side.
+struct OwnedBoxes {
+  std::vector<float> x, y, z, halfX, halfY, halfZ;
+};
+
+struct OwnedVoxels {
+  static constexpr int kBoxed = 16;
+  // Columns go on for so many voxels and boxes, so that whole vectors can be read.
+  static constexpr int kBeyond = kBoxed;
+
+  // Voxels in the order of their samples on a level. Those of a sample are sorted by their depth
+  // below its plane.
   struct Level {
-    // Of each sample its first voxel in `order`, and the end; those of a sample are sorted by their
-    // depth below its plane. The coarsest level has no `order`: it is that of the voxels.
-    std::vector<std::uint32_t> firsts, order;
-    std::vector<OwnedReach> reach;  // of each sample
+    std::vector<OwnedRun> runs;  // of each sample
+    std::vector<OwnedReach> reach;
+    OwnedBoxes boxes;
+    std::vector<OwnedVoxel> voxels;
+
+    std::size_t size() const { return voxels.size() - kBeyond; }
   };
   Level levels[kLevels];
 
-  // The columns of centers go on for so many numbers, so that whole vectors can be read.
-  static constexpr int kBeyond = 16;
-  std::size_t size() const { return coverage.size(); }
   std::size_t bytes() const;
 };
 

@@ -1,4 +1,5 @@
 // A large search divided into tasks finds the same bits, whatever the order of the tasks.
+#include <cloudcontact/contact/paper_body.h>
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -111,6 +112,17 @@ TEST_F(SharedSearch, AShapeBeside) {
   pose.position = kVoxel * Vec3(20, 11, 17.5);
   pose.orientation = Eigen::AngleAxisd(0.3, Vec3::UnitZ());
   expectSame(at({0, 0, 0}, 0), box.at(pose), foundation());
+}
+
+// The hits by which voxels find their patches are found by several tasks.
+TEST_F(SharedSearch, StatedWindows) {
+  const PaperBody paper = paperBody(slab().field->cloud(), {});
+  ContactBody a = at({0, 0, 0}, 0), b = at({11, 7, 8.2}, 0.4);
+  a.paper = b.paper = &paper;
+  expectSame(a, b, foundation());
+  b = at({11, 7, 15.4}, 0.4);
+  b.paper = &paper;
+  expectSame(a, b, foundation());
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
-// Prints the hashes of some fields and every bit of their contacts in many poses. Built twice: as
+// Prints the hashes of some fields and every bit of their contacts in many poses, also with windows
+// stated. Built twice: as
 // the library ships, with loops for the machine's instruction set, and with plain loops. Both must
 // print the same (docs/engine.md, "One arithmetic").
 #include <cloudcontact/contact/contact_finder.h>
+#include <cloudcontact/contact/paper_body.h>
 
 #include <cstdio>
 #include <cstring>
@@ -43,6 +45,7 @@ int main() {
   const auto cross = fieldOf(beams, 0.03), drum = fieldOf(cylinderMesh(0.6, 0.8, 1e-4), 0.04);
   for (const auto& field : {cross, drum})
     std::printf("%016llx\n", static_cast<unsigned long long>(field->hash()));
+  const PaperBody ofCross = paperBody(cross->cloud(), {}), ofDrum = paperBody(drum->cloud(), {});
   const Solid shapes[] = {HalfSpace{}, Box{Vec3(0.5, 0.4, 0.3)}};
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(-1, 1);
@@ -65,5 +68,9 @@ int main() {
     print(finder.find(a, b, settings));
     for (const WorkCounts::Named& each : WorkCounts::all())
       std::printf("%s %zu\n", each.name, finder.work().*each.count);
+    a.paper = a.field == cross.get() ? &ofCross : &ofDrum;
+    if (b.field) b.paper = b.field == cross.get() ? &ofCross : &ofDrum;
+    settings.samples = k % 4 ? 20 : 300;
+    print(ContactFinder().find(a, b, settings));
   }
 }
