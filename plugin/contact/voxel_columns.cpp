@@ -144,7 +144,6 @@ void VoxelSums::addOne(std::size_t patch, double share, const VoxelIndex& v) {
 }
 
 void VoxelSums::finish(std::vector<PatchMatter>& matter) {
-  sumSmooth();
   lookAtPending();
   flush();
   double weight = 0;

@@ -20,9 +20,6 @@ using search::TouchedSample;
 using search::V3;
 
 constexpr float kFarAway = 1e9f;  // [voxels]
-// Touched samples over which the errors of quadrics, 0.01 voxel, go out. Of two balls that touch by
-// half a voxel, by 20 samples, they count 3 % too many voxels.
-constexpr std::size_t kMany = 128;
 
 Pose gridIn(const Pose& body, const ContactBody& own) {
   return body.inverse() * own.pose * gridPose(own.field->cloud());
@@ -123,20 +120,11 @@ search::OwnedPlane VoxelSums::planeAt(const TouchedSample& touched, const OwnedR
 }
 
 void VoxelSums::add(std::span<const TouchedSample> touched) {
-  // A coarsest sample alone has more voxels than a quadric needs looks.
-  const bool smooth = touched.size() >= kMany && dir_->level == kLevels - 1 && vectors_ && !area_ &&
-                      !various_ && !tissues_ && !whole_;
-  for (const TouchedSample& one : touched)
-    if (smooth && maySmooth(one))
-      addSmooth(one);
-    else
-      addByLooks(one);
-}
-
-void VoxelSums::addByLooks(const TouchedSample& touched) {
-  if (pending_ == kPending) lookAtPending();
-  pendingSample_[pending_] = touched;
-  pendingPlane_[pending_++] = planeAt(touched, level_->runs[touched.sample]);
+  for (const TouchedSample& one : touched) {
+    if (pending_ == kPending) lookAtPending();
+    pendingSample_[pending_] = one;
+    pendingPlane_[pending_++] = planeAt(one, level_->runs[one.sample]);
+  }
 }
 
 // One stage after the other: the loops' steps do not wait for each other then.

@@ -12,7 +12,6 @@
 #include "contact/owned_lanes.h"
 #include "contact/pair_frame.h"
 #include "contact/patch_matter.h"
-#include "contact/smooth_runs.h"
 #include "field/owned_voxels.h"
 #include "kernels/cut/digital_normal.h"
 
@@ -72,12 +71,6 @@ class VoxelSums {
 
   std::size_t patchAt(const search::TouchedSample& touched);
   search::OwnedPlane planeAt(const search::TouchedSample& touched, const OwnedRun& run) const;
-  bool maySmooth(const search::TouchedSample& touched) const;
-  void addSmooth(const search::TouchedSample& touched);
-  void sumSmooth();
-  void addByQuadric(const OwnedRun& run, const search::DepthQuadric& quadric);
-  void giveSmooth();
-  void addByLooks(const search::TouchedSample& touched);
   void lookAtPending();
   void take(const Box& box);
   void loadVoxels();
@@ -110,9 +103,6 @@ class VoxelSums {
   std::size_t patch_ = 0;   // of what is taken now
   std::size_t lookups_ = 0;
 
-  search::SmoothRuns smooth_;
-  std::size_t smoothPatch_ = 0;
-  float smoothSum_[kTerms][kAtOnce] = {};
   search::TouchedSample pendingSample_[kPending];
   search::OwnedPlane pendingPlane_[kPending];
   int pending_ = 0;
