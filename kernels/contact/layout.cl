@@ -17,5 +17,8 @@ __kernel void ccLayout(__global const CcPair* pairs, __global const CcDirection*
   out[13] = sizeof(CcPatchForce);
   out[14] = (uint)((__global const char*)&contacts->points[0] - (__global const char*)contacts);
   out[15] = (uint)((__global const char*)&pairs->cell - (__global const char*)pairs);
+  out[16] = sizeof(CcListed);
+  out[17] = sizeof(CcFacing);
+  out[18] = sizeof(CcPlaced);
   out[11] = (uint)((__global const char*)&sums->deepest - (__global const char*)sums);
 }

@@ -172,7 +172,7 @@ bool addTime(const cl::Event& event, const std::string& label,
 }
 
 // In the order of ccLayout() (kernels/contact/layout.cl).
-constexpr std::array<cl_uint, 16> kLayout = {sizeof(CcField),
+constexpr std::array<cl_uint, 19> kLayout = {sizeof(CcField),
                                              sizeof(CcDirection),
                                              sizeof(CcPair),
                                              sizeof(CcFound),
@@ -187,7 +187,10 @@ constexpr std::array<cl_uint, 16> kLayout = {sizeof(CcField),
                                              sizeof(CcContactPatch),
                                              sizeof(CcPatchForce),
                                              offsetof(CcContactPatch, points),
-                                             offsetof(CcPair, cell)};
+                                             offsetof(CcPair, cell),
+                                             sizeof(CcListed),
+                                             sizeof(CcFacing),
+                                             sizeof(CcPlaced)};
 
 }  // namespace
 
