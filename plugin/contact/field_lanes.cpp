@@ -6,7 +6,6 @@
 #include "kernels/contact/wet_part.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace cloudcontact::search {
 
@@ -35,13 +34,12 @@ struct HitMaker {
   }
 
   std::int32_t sampleOf(int lane) const { return static_cast<std::int32_t>(sample[lane]); }
-  // Whether the deep end of a lane's sample must be looked up, once it is deeper by `shift` [m].
-  int endOf(const Direction& dir, const CcLimits& limits, int lane, float shift,
-            CcWetEnd& end) const {
+  // Whether the deep end of a lane's sample must be looked up.
+  int endOf(const Direction& dir, const CcLimits& limits, int lane, CcWetEnd& end) const {
     const std::int32_t k = sampleOf(lane);
     const float place[3] = {x[k], y[k], z[k]}, n[3] = {nx[k], ny[k], nz[k]};
     const float m[3] = {mx[lane], my[lane], mz[lane]};
-    return ccWetEndOf(&limits, dir.turnToOther, place, n, width[k], m, depth[lane] + shift, &end);
+    return ccWetEndOf(&limits, dir.turnToOther, place, n, width[k], m, depth[lane], &end);
   }
   CcHit operator()(int lane) const {
     const std::int32_t k = sampleOf(lane);
@@ -215,7 +213,7 @@ std::size_t limitWet(const Direction& dir, const SampleColumns& samples, const F
   for (int i = 0; i < count; ++i) {
     if (hits.share[i] >= 1.0f) continue;
     CcWetEnd end;
-    if (!maker.endOf(dir, limits, lanes.wet[i], 0, end)) continue;
+    if (!maker.endOf(dir, limits, lanes.wet[i], end)) continue;
     ++ends;
     const float out =
         ccLimitWet(&end, limits.perVoxel, depthAt(dir, other, end), hits.share[i], hits.facing + i,
@@ -267,13 +265,29 @@ CC_LANES bool addHits(const Direction& dir, const SampleColumns& samples, const 
   return true;
 }
 
-float endDepth(const Direction& dir, const SampleColumns& samples, const FieldData& other,
-               const Lanes& lanes, int lane, float shift) {
-  CcWetEnd end;
-  if (!HitMaker(dir, samples, lanes).endOf(dir, dir.limits(), lane, shift, end))
-    return std::numeric_limits<float>::infinity();
-  end.depth -= shift;
-  return depthAt(dir, other, end);
+// A foot on the plane is outside of the planes that bound it. From there to the next of them, and
+// so on, comes to the edge or corner where they meet.
+SurfaceNear nearestSurface(const Direction& dir, const FieldData& other, const V3& place,
+                           const SurfaceNear& seen) {
+  constexpr int kMostPlanes = 4;
+  constexpr float kOnSurface = 0.01f, kTells = 0.05f;  // [other's voxels]
+  if (seen.depth >= 0) return seen;
+  const float voxel = static_cast<float>(other.cloud().voxelSize());
+  const auto& records = other.records();
+  const V3 from = applied(dir.toOther, place);
+  V3 foot = from + seen.depth / voxel * seen.normal;
+  for (int k = 0; k < kMostPlanes; ++k) {
+    const CcPlace at = ccPlaceOf(records.bricks(), foot.data());
+    const CcVoxel record = records.records()[records.firsts()[at.brick] + at.cell];
+    if (ccPlaneCount(record) == 0) break;
+    const CcDepth d = ccVoxelDepth(record, other.planes(), at.r);
+    if (d.depth > -kOnSurface) break;
+    foot += d.depth * V3(d.normal[0], d.normal[1], d.normal[2]);
+  }
+  const V3 way = from - foot;
+  const float far = way.norm();
+  if (!(far > kTells) || far * voxel <= -seen.depth) return seen;
+  return {-far * voxel, way / far};
 }
 
 CC_LANES int hitsFirst(const Direction& dir, const SampleColumns& samples, Lanes& lanes,

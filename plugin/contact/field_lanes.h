@@ -36,10 +36,16 @@ void estimateNearest(const Direction& dir, const Lanes& lanes, float* estimates,
 // hit, it adds none and returns false. `other`: the other body's field; null: it is a shape.
 bool addHits(const Direction& dir, const SampleColumns& samples, const FieldData* other,
              Lanes& lanes, int count, HitColumns& hits);
-// How deep [m] the deep end of a lane's sample is in the other body as the bodies are, if that must
-// be known once they have come nearer by `shift` [m]; else infinite.
-float endDepth(const Direction& dir, const SampleColumns& samples, const FieldData& other,
-               const Lanes& lanes, int lane, float shift);
+// How deep a place is in the other body, negative outside [m], and the normal there, outward, in
+// that body's frame.
+struct SurfaceNear {
+  float depth;
+  V3 normal;
+};
+// From a place outside the other body, by `seen` of its plane there, to the nearest surface. Planes
+// end at edges, and beyond them go on as if they did not.
+SurfaceNear nearestSurface(const Direction& dir, const FieldData& other, const V3& place,
+                           const SurfaceNear& seen);
 // Moves the hits among the first `count` of lanes.wet to the front, in their order. Returns how
 // many there are.
 int hitsFirst(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count);

@@ -7,7 +7,6 @@
 #include "contact/verlet_list_builder.h"
 #include "contact/verlet_lists.h"
 #include "kernels/contact/hit_bins.h"
-#include "kernels/contact/wet_part.h"
 
 namespace cloudcontact {
 
@@ -27,19 +26,14 @@ const FieldData& dataOf(const ContactBody& body) {
 }
 
 // A near miss as the hit that it is once the bodies have come nearer by `shift` [m], clipped as any
-// hit. It lies midway between the surfaces as they are. `perVoxel` [1/m]: of its body.
-Hit movedIn(const NearMiss& miss, float shift, float perVoxel) {
+// hit. It lies midway between the surfaces as they are.
+Hit movedIn(const NearMiss& miss, float shift) {
   Hit hit = miss.hit;
-  const CcWet before = ccWet(hit.depth, miss.spread), wet = ccWet(hit.depth + shift, miss.spread);
-  hit.position += 0.5f * (before.middle - (wet.middle - shift)) * hit.own;
+  const CcWet wet = ccWet(hit.depth + shift, miss.spread);
+  hit.position -= 0.5f * (wet.middle - shift) * hit.own;
   hit.depth += shift;
   hit.share = wet.share;
   hit.depth1 = wet.depth1, hit.depth2 = wet.depth2, hit.depth3 = wet.depth3;
-  const CcWetEnd end = {{0, 0, 0}, hit.depth + miss.spread};
-  if (hit.share < 1 && end.depth * perVoxel > CC_LEAST_END)
-    hit.position += ccLimitWet(&end, perVoxel, miss.end + shift, hit.share, &hit.facing,
-                               &hit.depth1, &hit.depth2, &hit.depth3) *
-                    hit.own;
   return hit;
 }
 
@@ -207,14 +201,11 @@ void HitSearch::touchLightly(const Query& query, const PairFrame& frame, float m
   ++near_.searches;
   const float shift = NearMissSearch::kLightly * static_cast<float>(frame.voxel) -
                       static_cast<float>(misses_.nearest());
-  const auto perVoxel = [&](Side side) {
-    return 1 / static_cast<float>(dataOf(*query.bodies[side]).cloud().voxelSize());
-  };
   const auto add = [&](bool all) {
     for (const Side side : {kA, kB})  // Binner expects A's hits first
       for (const NearMiss& miss : found) {
         if (miss.hit.side != side || miss.hit.depth + miss.spread + shift <= 0) continue;
-        const Hit hit = movedIn(miss, shift, perVoxel(side));
+        const Hit hit = movedIn(miss, shift);
         if (hit.depth1 > 0 && (all || faces(hit))) hits.push_back(hit);
       }
   };

@@ -2,9 +2,10 @@
 #include "contact/near_misses.h"
 
 #include "contact/search_targets.h"
+#include "kernels/contact/sharp_point.h"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 #include <utility>
 
 namespace cloudcontact {
@@ -19,6 +20,11 @@ constexpr std::size_t kBest = 64;
 // [voxels] As kLightly, of depths at the step's end. With 0.1, not the edge that comes down was
 // found but the middle of the face, which is nearer and comes down by less.
 constexpr float kAhead = 0.025f;
+constexpr float kLeans = 0.5f;  // sine of 30 deg between a sample and the other's surface
+// [own voxels] So far beyond its end a sample's surface ends if the place is so far outside.
+constexpr float kBeyond = 0.5f, kOutside = 0.1f;
+// [own voxels] A sample whose ends differ in depth by less is as deep as its middle.
+constexpr float kLevel = 1e-3f;
 constexpr float kNone = -1e30f;  // less than any depth [m]
 
 }  // namespace
@@ -172,28 +178,77 @@ void NearMissSearch::take(const Direction& dir, const FieldData* other) {
   takeMisses(dir, other);
 }
 
+// Whether the samples' surface ends before a place in its grid, so that the place is outside.
+bool endsWithin(const Direction& dir, const V3& place) {
+  const auto& records = dir.body.records();
+  const CcPlace at = ccPlaceOf(records.bricks(), place.data());
+  const CcVoxel record = records.records()[records.firsts()[at.brick] + at.cell];
+  if (ccPlaneCount(record) == 0) return record.b != CC_DEEP_INSIDE;
+  return ccVoxelDepth(record, dir.body.planes(), at.r).depth < -kOutside;
+}
+
+// A lane's sample. Face on face, from its middle to its near end: where its plane comes nearest to
+// the other body, as far as the sample goes.
+//
+// Beside one that leans there is a nearer one, unless an edge of its body is there. Such an edge is
+// near a face of the other, so that the gap closes along the other's normal. With the mean of both,
+// a nut's crests seemed to close as they slide along the flanks, and the rows that held them back
+// shook it; and so did those of walls that lean on a peg's chamfer, near which the peg's edge is.
+std::optional<NearMiss> NearMissSearch::missOf(const Direction& dir, const FieldData* other,
+                                               int lane) const {
+  const Lanes& lanes = *lanes_;
+  const SurfaceSample s = dir.samples.levels[dir.level].samples[lanes.sample[lane]];
+  const V3 place(s.position[0], s.position[1], s.position[2]),
+      own(s.normal[0], s.normal[1], s.normal[2]);
+  const SurfaceNear seen{lanes.depth[lane], {lanes.nx[lane], lanes.ny[lane], lanes.nz[lane]}};
+  SurfaceNear near = other ? nearestSurface(dir, *other, place, seen) : seen;
+  V3 there;
+  ccTurnBack(dir.turnToOther, near.normal.data(), there.data());
+  const V3 slope = -there - own.dot(-there) * own;
+  const float sine = slope.norm(), half = dir.limits().halfWidth * s.width;
+  const bool leans = sine > kLeans;
+  if (leans && !endsWithin(dir, place + (half / dir.voxel + kBeyond) / sine * slope))
+    return std::nullopt;
+  float share = 1, spread = 0;
+  if (!leans && half * sine > kLevel * dir.voxel) {
+    // Over an edge of the other body, no farther than to the place below it.
+    const bool isOverEdge = near.normal.dot(seen.normal) < CC_SHARP_ALIKE;
+    const float by = isOverEdge ? std::min(half, -near.depth * sine) : half;
+    SurfaceNear end{near.depth + by * sine, near.normal};
+    if (other) end = nearestSurface(dir, *other, place + by / dir.voxel / sine * slope, end);
+    if (by < half) {
+      share = 1 - by / half;
+      near = end;
+    } else {
+      spread = std::max(end.depth - near.depth, 0.0f);
+      near.normal = end.normal;
+    }
+  }
+  Hit hit = hitOf(dir, s, near.depth, near.normal, false);
+  hit.position = applied(dir.toFrame, place);
+  hit.area *= share;
+  if (leans) hit.own = -hit.other;
+  return NearMiss{hit, spread};
+}
+
 // Samples that will be in the other body, in part at least, once the nearest is kLightly deep.
 void NearMissSearch::takeMisses(const Direction& dir, const FieldData* other) {
   const Lanes& lanes = *lanes_;
-  const SampleColumns& samples = dir.samples.levels[dir.level].samples;
-  const float halfWidth = dir.limits().halfWidth, lightly = kLightly * voxel_;
+  const float halfWidth = dir.limits().halfWidth;
   // By the step's end the bodies have turned: how far a sample reaches now says nothing of then.
   const bool ahead = known_ && known_->look == KnownMeets::Look::Ahead;
   for (int i = 0; i < lanes.count; ++i) {
     if (ccPlaneCount({lanes.a[i], lanes.b[i]}) == 0) continue;
-    const float depth = lanes.depth[i], rank = depth + wayOf(dir, i);
+    const float depth = lanes.depth[i], way = wayOf(dir, i);
     const float half = halfWidth * lanes.own.width[i];
-    if (depth < -margin_ || rank + (ahead ? 0 : half) < nearest_ - within_) continue;
-    if (known_ && (depth >= 0 || !isBeside(dir, i, rank))) continue;
-    const Hit hit = hitOf(dir, samples[lanes.sample[i]], depth,
-                          V3(lanes.nx[i], lanes.ny[i], lanes.nz[i]), false);
-    const float spread = half * CC_SQRT(ccMax(1.0f - hit.facing * hit.facing, 0.0f));
+    if (depth < -margin_ || depth + way + (ahead ? 0 : half) < nearest_ - within_) continue;
+    if (known_ && (depth >= 0 || !isBeside(dir, i, depth + way))) continue;
+    const std::optional<NearMiss> miss = missOf(dir, other, i);
+    if (!miss) continue;
+    const float rank = miss->hit.depth + way;
     if (!takingOthers_) nearest_ = std::max(nearest_, rank);
-    found_.push_back({hit, spread, std::numeric_limits<float>::infinity()});
-    if (other)
-      found_.back().end =
-          endDepth(dir, samples, *other, lanes, i, lightly + rank - depth - nearest_);
-    ranks_.push_back(rank + (ahead ? 0 : spread));
+    found_.push_back(*miss);
+    ranks_.push_back(rank + (ahead ? 0 : miss->spread));
   }
 }
 
@@ -350,7 +405,6 @@ const std::vector<NearMiss>& NearMissSearch::run(const ContactBody* const* bodie
                                                  const KnownMeets* known) {
   known_ = known;
   margin_ = margin;
-  voxel_ = static_cast<float>(frame.voxel);
   least_ = known ? kNone / 2 : -margin;
   within_ = (known && known->look == KnownMeets::Look::Ahead ? kAhead : kLightly) *
             static_cast<float>(frame.voxel);

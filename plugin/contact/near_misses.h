@@ -23,6 +23,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace cloudcontact {
@@ -58,11 +59,11 @@ struct KnownMeets {
   bool again = false;  // the bodies stand as in the last search: its coarsest samples are known
 };
 
-// A sample that nearly touches.
+// A sample that nearly touches. Its hit's normals are those of the other body, where that is
+// nearest: the way that the gap closes.
 struct NearMiss {
-  Hit hit;
+  Hit hit;       // at the sample itself
   float spread;  // half the range of its depth [m] (ccWet())
-  float end;     // endDepth() [m]
 };
 
 class NearMissSearch {
@@ -111,6 +112,8 @@ class NearMissSearch {
             const SampleRun* last);
   void take(const search::Direction& dir, const FieldData* other);
   void takeMisses(const search::Direction& dir, const FieldData* other);
+  std::optional<NearMiss> missOf(const search::Direction& dir, const FieldData* other,
+                                 int lane) const;
   void takeCoarsest(const search::Direction& dir, const float* estimates, const float* depths);
   void considerCoarsest();
   bool isWanted(float estimate, float depth) const {
@@ -133,7 +136,6 @@ class NearMissSearch {
   void keepNearest();
 
   const KnownMeets* known_ = nullptr;
-  float voxel_ = 0;  // of the frame [m]
   float margin_ = 0, least_ = 0, within_ = 0, nearest_ = 0;
   float leastEstimate_ = 0, leastDepth_ = 0;  // of candidates that may be kept
   WorkCounts work_;

@@ -57,19 +57,23 @@ double deepestOfAll(const ContactBody& a, const ContactBody& b) {
   return deepest;
 }
 
-// The gap against that of the bodies and of all samples; swapped; with the world turned.
+// The gap against that of the bodies; swapped; with the world turned.
 void expectGap(const ContactBody& a, const ContactBody& b, double gap, double tolerance,
                Random& random, const std::string& what) {
   const Found found = searched(a, b);
   ASSERT_FALSE(found.touching) << what;
   EXPECT_NEAR(found.gap / kVoxel, gap / kVoxel, tolerance) << what;
-  EXPECT_NEAR(found.gap / kVoxel, -deepestOfAll(a, b) / kVoxel, 0.05) << what;
   EXPECT_NEAR(searched(b, a).gap / kVoxel, found.gap / kVoxel, 0.01) << what << ", swapped";
   const Pose world{random.rotation(), random.inCube()};
   ContactBody c = a, d = b;
   c.pose = world * a.pose;
   d.pose = world * b.pose;
   EXPECT_NEAR(searched(c, d).gap / kVoxel, found.gap / kVoxel, 0.02) << what << ", turned";
+}
+
+// The gap against that of all samples. Beyond the other's edges its planes tell less than the way.
+void expectNearest(const ContactBody& a, const ContactBody& b, const std::string& what) {
+  EXPECT_NEAR(searched(a, b).gap / kVoxel, -deepestOfAll(a, b) / kVoxel, 0.05) << what;
 }
 
 constexpr double kGaps[] = {0.15, 0.3, 0.6, 0.9};  // [voxels]
@@ -89,15 +93,17 @@ TEST(NearMisses, SmoothBodies) {
   for (const double gap : kGaps) {
     const std::string what = std::to_string(gap) + " voxels";
     for (const Body* floor : {&slab, &plane}) {
-      const ContactBody a = floor->at(Pose{});
-      expectGap(a, cube.at(above((13 + gap) * kVoxel)), gap * kVoxel, 0.08, random,
-                "cube, " + what);
-      expectGap(a, ball.at(above((15 + gap) * kVoxel)), gap * kVoxel, 0.08, random,
-                "ball, " + what);
+      const ContactBody a = floor->at(Pose{}), c = cube.at(above((13 + gap) * kVoxel)),
+                        b = ball.at(above((15 + gap) * kVoxel));
+      expectGap(a, c, gap * kVoxel, 0.08, random, "cube, " + what);
+      expectGap(a, b, gap * kVoxel, 0.08, random, "ball, " + what);
+      expectNearest(a, c, "cube, " + what);
+      expectNearest(a, b, "ball, " + what);
     }
     Pose beside;
     beside.position = (18 + gap) * kVoxel * Vec3(1, 2, -1).normalized();
     expectGap(ball.at(Pose{}), ball.at(beside), gap * kVoxel, 0.1, random, "two balls, " + what);
+    expectNearest(ball.at(Pose{}), ball.at(beside), "two balls, " + what);
   }
 }
 
@@ -113,7 +119,7 @@ TEST(NearMisses, EdgesAndCorners) {
          {std::pair(onEdge, 7 * std::sqrt(2.0)), std::pair(onCorner, 7 * std::sqrt(3.0))}) {
       Pose pose = above((6 + half + gap) * kVoxel);
       pose.orientation = turn;
-      expectGap(slab.at(Pose{}), cube.at(pose), gap * kVoxel, 0.25, random,
+      expectGap(slab.at(Pose{}), cube.at(pose), gap * kVoxel, 0.1, random,
                 std::to_string(gap) + " voxels, half " + std::to_string(half));
     }
   }
