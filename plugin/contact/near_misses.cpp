@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace cloudcontact {
@@ -178,6 +179,8 @@ void NearMissSearch::take(const Direction& dir, const FieldData* other) {
   takeMisses(dir, other);
 }
 
+namespace {
+
 // Whether the samples' surface ends before a place in its grid, so that the place is outside.
 bool endsWithin(const Direction& dir, const V3& place) {
   const auto& records = dir.body.records();
@@ -187,63 +190,70 @@ bool endsWithin(const Direction& dir, const V3& place) {
   return ccVoxelDepth(record, dir.body.planes(), at.r).depth < -kOutside;
 }
 
-// A lane's sample. Face on face, from its middle to its near end: where its plane comes nearest to
-// the other body, as far as the sample goes.
+// A sample as far from the other body's surface as `near` says, over `share` of its area.
+NearMiss missAt(const Direction& dir, const SurfaceSample& s, const SurfaceNear& near, float spread,
+                float share = 1) {
+  NearMiss miss{hitOf(dir, s, near.depth, near.normal, false), spread};
+  miss.hit.position = applied(dir.toFrame, V3(s.position[0], s.position[1], s.position[2]));
+  miss.hit.area *= share;
+  return miss;
+}
+
+// A lane's sample, from its middle to its near end: where its plane comes nearest to the other
+// body, as far as the sample goes. `seen`: the other's plane there.
 //
 // Beside one that leans there is a nearer one, unless an edge of its body is there. Such an edge is
 // near a face of the other, so that the gap closes along the other's normal. With the mean of both,
 // a nut's crests seemed to close as they slide along the flanks, and the rows that held them back
 // shook it; and so did those of walls that lean on a peg's chamfer, near which the peg's edge is.
-std::optional<NearMiss> NearMissSearch::missOf(const Direction& dir, const FieldData* other,
-                                               int lane) const {
-  const Lanes& lanes = *lanes_;
-  const SurfaceSample s = dir.samples.levels[dir.level].samples[lanes.sample[lane]];
+std::optional<NearMiss> missOf(const Direction& dir, const FieldData* other, const SurfaceSample& s,
+                               const SurfaceNear& seen, std::size_t& asked) {
   const V3 place(s.position[0], s.position[1], s.position[2]),
       own(s.normal[0], s.normal[1], s.normal[2]);
-  const SurfaceNear seen{lanes.depth[lane], {lanes.nx[lane], lanes.ny[lane], lanes.nz[lane]}};
+  asked += other != nullptr;
   SurfaceNear near = other ? nearestSurface(dir, *other, place, seen) : seen;
   V3 there;
   ccTurnBack(dir.turnToOther, near.normal.data(), there.data());
   const V3 slope = -there - own.dot(-there) * own;
   const float sine = slope.norm(), half = dir.limits().halfWidth * s.width;
-  const bool leans = sine > kLeans;
-  if (leans && !endsWithin(dir, place + (half / dir.voxel + kBeyond) / sine * slope))
-    return std::nullopt;
-  float share = 1, spread = 0;
-  if (!leans && half * sine > kLevel * dir.voxel) {
-    // Over an edge of the other body, no farther than to the place below it.
-    const bool isOverEdge = near.normal.dot(seen.normal) < CC_SHARP_ALIKE;
-    const float by = isOverEdge ? std::min(half, -near.depth * sine) : half;
-    SurfaceNear end{near.depth + by * sine, near.normal};
-    if (other) end = nearestSurface(dir, *other, place + by / dir.voxel / sine * slope, end);
-    if (by < half) {
-      share = 1 - by / half;
-      near = end;
-    } else {
-      spread = std::max(end.depth - near.depth, 0.0f);
-      near.normal = end.normal;
-    }
+  if (sine > kLeans) {
+    ++asked;
+    if (!endsWithin(dir, place + (half / dir.voxel + kBeyond) / sine * slope)) return std::nullopt;
+    NearMiss miss = missAt(dir, s, near, 0);
+    miss.hit.own = -miss.hit.other;
+    return miss;
   }
-  Hit hit = hitOf(dir, s, near.depth, near.normal, false);
-  hit.position = applied(dir.toFrame, place);
-  hit.area *= share;
-  if (leans) hit.own = -hit.other;
-  return NearMiss{hit, spread};
+  if (!(half * sine > kLevel * dir.voxel)) return missAt(dir, s, near, 0);
+  if (!other) return missAt(dir, s, near, half * sine);
+  ++asked;
+  // Over an edge of the other body, no farther than to the place below it.
+  const bool isOverEdge = near.normal.dot(seen.normal) < CC_SHARP_ALIKE;
+  const float by = isOverEdge ? std::min(half, -near.depth * sine) : half;
+  const SurfaceNear end = nearestSurface(dir, *other, place + by / dir.voxel / sine * slope,
+                                         {near.depth + by * sine, near.normal});
+  if (by < half) return missAt(dir, s, end, 0, 1 - by / half);
+  return missAt(dir, s, {near.depth, end.normal}, std::max(end.depth - near.depth, 0.0f));
 }
+
+}  // namespace
 
 // Samples that will be in the other body, in part at least, once the nearest is kLightly deep.
 void NearMissSearch::takeMisses(const Direction& dir, const FieldData* other) {
   const Lanes& lanes = *lanes_;
+  const SampleColumns& samples = dir.samples.levels[dir.level].samples;
   const float halfWidth = dir.limits().halfWidth;
   // By the step's end the bodies have turned: how far a sample reaches now says nothing of then.
   const bool ahead = known_ && known_->look == KnownMeets::Look::Ahead;
   for (int i = 0; i < lanes.count; ++i) {
-    if (ccPlaneCount({lanes.a[i], lanes.b[i]}) == 0) continue;
-    const float depth = lanes.depth[i], way = wayOf(dir, i);
-    const float half = halfWidth * lanes.own.width[i];
-    if (depth < -margin_ || depth + way + (ahead ? 0 : half) < nearest_ - within_) continue;
+    const std::uint32_t planes = ccPlaneCount({lanes.a[i], lanes.b[i]});
+    const float depth = lanes.depth[i];
+    if (planes == 0 || depth < -margin_) continue;
+    const float way = wayOf(dir, i), half = halfWidth * lanes.own.width[i];
+    if (depth + way + (ahead ? 0 : half) < nearest_ - within_) continue;
     if (known_ && (depth >= 0 || !isBeside(dir, i, depth + way))) continue;
-    const std::optional<NearMiss> miss = missOf(dir, other, i);
+    const std::optional<NearMiss> miss =
+        missOf(dir, other, samples[lanes.sample[i]],
+               {depth, {lanes.nx[i], lanes.ny[i], lanes.nz[i]}}, work_.samples);
     if (!miss) continue;
     const float rank = miss->hit.depth + way;
     if (!takingOthers_) nearest_ = std::max(nearest_, rank);

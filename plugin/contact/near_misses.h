@@ -23,7 +23,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <vector>
 
 namespace cloudcontact {
@@ -112,8 +111,6 @@ class NearMissSearch {
             const SampleRun* last);
   void take(const search::Direction& dir, const FieldData* other);
   void takeMisses(const search::Direction& dir, const FieldData* other);
-  std::optional<NearMiss> missOf(const search::Direction& dir, const FieldData* other,
-                                 int lane) const;
   void takeCoarsest(const search::Direction& dir, const float* estimates, const float* depths);
   void considerCoarsest();
   bool isWanted(float estimate, float depth) const {
