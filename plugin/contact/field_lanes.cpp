@@ -290,6 +290,15 @@ SurfaceNear nearestSurface(const Direction& dir, const FieldData& other, const V
   return {-far * voxel, way / far};
 }
 
+bool isOutsideOwn(const Direction& dir, const V3& place) {
+  constexpr float kOutside = 0.1f;  // [own voxels]
+  const auto& records = dir.body.records();
+  const CcPlace at = ccPlaceOf(records.bricks(), place.data());
+  const CcVoxel record = records.records()[records.firsts()[at.brick] + at.cell];
+  if (ccPlaneCount(record) == 0) return record.b != CC_DEEP_INSIDE;
+  return ccVoxelDepth(record, dir.body.planes(), at.r).depth < -kOutside;
+}
+
 CC_LANES int hitsFirst(const Direction& dir, const SampleColumns& samples, Lanes& lanes,
                        int count) {
   if (count == 0) return 0;

@@ -46,6 +46,8 @@ struct SurfaceNear {
 // end at edges, and beyond them go on as if they did not.
 SurfaceNear nearestSurface(const Direction& dir, const FieldData& other, const V3& place,
                            const SurfaceNear& seen);
+// Whether a place in the samples' grid is outside their own body.
+bool isOutsideOwn(const Direction& dir, const V3& place);
 // Moves the hits among the first `count` of lanes.wet to the front, in their order. Returns how
 // many there are.
 int hitsFirst(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count);

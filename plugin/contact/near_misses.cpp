@@ -21,9 +21,8 @@ constexpr std::size_t kBest = 64;
 // [voxels] As kLightly, of depths at the step's end. With 0.1, not the edge that comes down was
 // found but the middle of the face, which is nearer and comes down by less.
 constexpr float kAhead = 0.025f;
-constexpr float kLeans = 0.5f;  // sine of 30 deg between a sample and the other's surface
-// [own voxels] So far beyond its end a sample's surface ends if the place is so far outside.
-constexpr float kBeyond = 0.5f, kOutside = 0.1f;
+constexpr float kLeans = 0.5f;   // sine of 30 deg between a sample and the other's surface
+constexpr float kBeyond = 0.5f;  // [own voxels] from a sample's end, where its body is asked
 // [own voxels] A sample whose ends differ in depth by less is as deep as its middle.
 constexpr float kLevel = 1e-3f;
 constexpr float kNone = -1e30f;  // less than any depth [m]
@@ -181,15 +180,6 @@ void NearMissSearch::take(const Direction& dir, const FieldData* other) {
 
 namespace {
 
-// Whether the samples' surface ends before a place in its grid, so that the place is outside.
-bool endsWithin(const Direction& dir, const V3& place) {
-  const auto& records = dir.body.records();
-  const CcPlace at = ccPlaceOf(records.bricks(), place.data());
-  const CcVoxel record = records.records()[records.firsts()[at.brick] + at.cell];
-  if (ccPlaneCount(record) == 0) return record.b != CC_DEEP_INSIDE;
-  return ccVoxelDepth(record, dir.body.planes(), at.r).depth < -kOutside;
-}
-
 // A sample as far from the other body's surface as `near` says, over `share` of its area.
 NearMiss missAt(const Direction& dir, const SurfaceSample& s, const SurfaceNear& near, float spread,
                 float share = 1) {
@@ -218,7 +208,8 @@ std::optional<NearMiss> missOf(const Direction& dir, const FieldData* other, con
   const float sine = slope.norm(), half = dir.limits().halfWidth * s.width;
   if (sine > kLeans) {
     ++asked;
-    if (!endsWithin(dir, place + (half / dir.voxel + kBeyond) / sine * slope)) return std::nullopt;
+    if (!isOutsideOwn(dir, place + (half / dir.voxel + kBeyond) / sine * slope))
+      return std::nullopt;
     NearMiss miss = missAt(dir, s, near, 0);
     miss.hit.own = -miss.hit.other;
     return miss;

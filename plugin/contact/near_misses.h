@@ -58,8 +58,8 @@ struct KnownMeets {
   bool again = false;  // the bodies stand as in the last search: its coarsest samples are known
 };
 
-// A sample that nearly touches. Its hit's normals are those of the other body, where that is
-// nearest: the way that the gap closes.
+// A sample that nearly touches. `hit.other` is the normal where the other body is nearest; so is,
+// the other way, `hit.own` of a sample beside an edge of its body.
 struct NearMiss {
   Hit hit;       // at the sample itself
   float spread;  // half the range of its depth [m] (ccWet())
