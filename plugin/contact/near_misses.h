@@ -5,8 +5,8 @@
 // for finer ones, of which the nearest is at most as near as its cluster allows (CcCluster).
 // Searched on are the cells of the samples with the best such estimates, edges among them, and of
 // those that are nearest themselves, so that a face is found over its whole width. Where the gap is
-// even, any sample tells it. The gap is within 0.05 voxel of that of all samples
-// (tests/contact/near_misses_test.cpp).
+// even, any sample tells it. The gap is within 0.05 voxel of that of all samples on smooth bodies,
+// and within 0.1 of the bodies' own at edges and corners (tests/contact/near_misses_test.cpp).
 //
 // What is as near as the nearest but not searched on, as the rest of a face whose gap is even,
 // counts by its coarse samples. So what is found is all that is near, and no part of it that the
