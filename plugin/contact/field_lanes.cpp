@@ -191,13 +191,19 @@ CC_LANES void estimateNearest(const Direction& dir, const Lanes& lanes, float* e
 
 namespace {
 
+// The record at a place in a field's grid.
+CcVoxel recordAt(const FieldData& field, const float* x, CcPlace& place) {
+  const auto& records = field.records();
+  place = ccPlaceOf(records.bricks(), x);
+  return records.records()[records.firsts()[place.brick] + place.cell];
+}
+
 // How deep the end of a sample is in the other body [m].
 float depthAt(const Direction& dir, const FieldData& other, const CcWetEnd& end) {
   float x[3];
   ccApply(&dir.toOther, end.at, x);
-  const auto& records = other.records();
-  const CcPlace place = ccPlaceOf(records.bricks(), x);
-  const CcVoxel record = records.records()[records.firsts()[place.brick] + place.cell];
+  CcPlace place;
+  const CcVoxel record = recordAt(other, x, place);
   if (ccPlaneCount(record) == 0) return ccEndBelow(&end, record);
   const CcDepth d = ccVoxelDepth(record, other.planes(), place.r);
   return d.depth * static_cast<float>(other.cloud().voxelSize());
@@ -273,12 +279,11 @@ SurfaceNear nearestSurface(const Direction& dir, const FieldData& other, const V
   constexpr float kOnSurface = 0.01f, kTells = 0.05f;  // [other's voxels]
   if (seen.depth >= 0) return seen;
   const float voxel = static_cast<float>(other.cloud().voxelSize());
-  const auto& records = other.records();
   const V3 from = applied(dir.toOther, place);
   V3 foot = from + seen.depth / voxel * seen.normal;
   for (int k = 0; k < kMostPlanes; ++k) {
-    const CcPlace at = ccPlaceOf(records.bricks(), foot.data());
-    const CcVoxel record = records.records()[records.firsts()[at.brick] + at.cell];
+    CcPlace at;
+    const CcVoxel record = recordAt(other, foot.data(), at);
     if (ccPlaneCount(record) == 0) break;
     const CcDepth d = ccVoxelDepth(record, other.planes(), at.r);
     if (d.depth > -kOnSurface) break;
@@ -292,9 +297,8 @@ SurfaceNear nearestSurface(const Direction& dir, const FieldData& other, const V
 
 bool isOutsideOwn(const Direction& dir, const V3& place) {
   constexpr float kOutside = 0.1f;  // [own voxels]
-  const auto& records = dir.body.records();
-  const CcPlace at = ccPlaceOf(records.bricks(), place.data());
-  const CcVoxel record = records.records()[records.firsts()[at.brick] + at.cell];
+  CcPlace at;
+  const CcVoxel record = recordAt(dir.body, place.data(), at);
   if (ccPlaneCount(record) == 0) return record.b != CC_DEEP_INSIDE;
   return ccVoxelDepth(record, dir.body.planes(), at.r).depth < -kOutside;
 }
