@@ -59,16 +59,8 @@ int ccNearBesideSample(__local const CcTask* t, CcFields all, __global const CcV
   const uint at = t->own.clusters[t->level] + 2 * k;
   const float4 p = all.floats[at], q = all.floats[at + 1];
   const CcCluster cluster = {p.x, {p.y, p.z, p.w, q.x, q.y, q.z}};
-  CC_NEAR const float* turn = t->dir.way.turnToOther;
-  float beside = ccDepthBeside(&t->limits, turn, &cluster, d->depth, d->normal);
-  const uint count = ccPlaneCount(record);
-  const int concave = ccConcave(record);
-  for (uint i = 0; count > 1u && i < count; ++i) {
-    const CcDepth one = ccPlaneDepth(planes[record.b + i], place->r);
-    const float own = ccDepthBeside(&t->limits, turn, &cluster, one.depth * t->other.voxel, one.normal);
-    beside = i == 0 ? own : concave ? ccMax(beside, own) : ccMin(beside, own);
-  }
-  return ccNearBeside(&t->limits, record, beside, cluster.rise);
+  return ccNearByPlanes(&t->limits, t->dir.way.turnToOther, &cluster, record, planes, place->r,
+                        d->depth, d->normal, t->other.voxel);
 }
 
 CcPlace ccPlaceIn(__local const CcTask* t, const float* x) {

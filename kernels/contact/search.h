@@ -82,6 +82,22 @@ CC_FN int ccNearBeside(CC_NEAR const CcLimits* limits, CcVoxel record, float bes
   return ((record.a & 0x70000000u) != 0) & (beside + ccBend(record, limits->level) + rise > 0.0f);
 }
 
+// The same of a record with planes. `depth` [m] and `normal`: of the plane that gives the depth at
+// `place`; `voxel`: the record's [m].
+CC_FN int ccNearByPlanes(CC_NEAR const CcLimits* limits, CC_NEAR const float* turnToOther,
+                         const CcCluster* cluster, CcVoxel record, CC_GLOBAL const CcVoxel* planes,
+                         const float* place, float depth, const float* normal, float voxel) {
+  float beside = ccDepthBeside(limits, turnToOther, cluster, depth, normal);
+  const uint count = ccPlaneCount(record);
+  const int concave = ccConcave(record);
+  for (uint i = 0; count > 1u && i < count; ++i) {
+    const CcDepth one = ccPlaneDepth(planes[record.b + i], place);
+    const float own = ccDepthBeside(limits, turnToOther, cluster, one.depth * voxel, one.normal);
+    beside = i == 0 ? own : concave ? ccMax(beside, own) : ccMin(beside, own);
+  }
+  return ccNearBeside(limits, record, beside, cluster->rise);
+}
+
 // Whether a wet sample may be a hit; never 0 if it is. `facing`: cosine between the normals, to
 // 1e-5.
 CC_FN int ccMayHit(CC_NEAR const CcLimits* limits, float depth, float facing, float width) {

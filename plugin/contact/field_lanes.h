@@ -17,6 +17,8 @@ int findSeveral(Lanes& lanes);
 // greatest depth if the planes' half-spaces unite. With `beside` also `beside` of all the planes.
 void choosePlanes(const Direction& dir, const FieldData& other, float voxel, bool beside, int count,
                   Lanes& lanes);
+// The same of parts of samples, where all parts of a sample have its record and follow each other.
+void choosePlanesOfParts(const FieldData& other, float voxel, Lanes& parts);
 // All three, and with `beside` that of all lanes.
 void measure(const Direction& dir, const FieldData& other, float voxel, bool beside, Lanes& lanes);
 // Sets `beside` of samples of a coarse level, where each lane has one plane.

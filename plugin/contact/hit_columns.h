@@ -4,6 +4,7 @@
 #include "kernels/contact/sample.h"
 
 #include <cloudcontact/field/surface_field.h>
+#include <algorithm>
 
 #include <cstdint>
 #include <vector>
@@ -48,6 +49,11 @@ class HitColumns {
   }
   Columns<const float> columns() const { return at<const float>(data_.data(), 0); }
   const std::int8_t* sides() const { return side_.data(); }
+  std::size_t countOf(Side side) const {
+    return static_cast<std::size_t>(std::count(side_.begin(),
+                                               side_.begin() + static_cast<std::ptrdiff_t>(size_),
+                                               static_cast<std::int8_t>(side)));
+  }
   Side side(std::size_t i) const { return static_cast<Side>(side_[i]); }
   bool deep(std::size_t i) const { return deep_[i] != 0; }
   bool anyDeep() const { return anyDeep_; }

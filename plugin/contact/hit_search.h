@@ -14,9 +14,6 @@ namespace cloudcontact {
 class VerletListBuilder;
 class VerletLists;
 
-// The number of hits that makes a level fine enough, if the coarsest needs `enough`.
-std::size_t neededOf(int level, std::size_t enough);
-
 // Whether a query needs to know which of the body's voxels lie in the other: by what it states, or
 // by tissues that differ.
 bool wantsVoxels(const ContactBody& own);

@@ -136,6 +136,39 @@ void choosePlanes(const Direction& dir, const FieldData& other, float voxel, boo
 
 namespace {
 
+// One plane at the parts from `first` to `last`; `unites`: a plane that is deeper counts.
+CC_LANES void takePlaneOfParts(CcVoxel plane, bool unites, int first, int last, Lanes& parts) {
+  CC_INDEPENDENT
+  for (int i = first; i < last; ++i) {
+    const float r[3] = {parts.x[i], parts.y[i], parts.z[i]};
+    const CcDepth d = ccPlaneDepth(plane, r);
+    const bool counts = unites ? d.depth > parts.depth[i] : d.depth < parts.depth[i];
+    parts.nx[i] = counts ? d.normal[0] : parts.nx[i];
+    parts.ny[i] = counts ? d.normal[1] : parts.ny[i];
+    parts.nz[i] = counts ? d.normal[2] : parts.nz[i];
+    parts.depth[i] = counts ? d.depth : parts.depth[i];
+  }
+}
+
+}  // namespace
+
+void choosePlanesOfParts(const FieldData& other, float voxel, Lanes& parts) {
+  for (int first = 0; first < parts.count;) {
+    const CcVoxel record = {parts.a[first], parts.b[first]};
+    int last = first + 1;
+    while (last < parts.count && parts.a[last] == record.a && parts.b[last] == record.b) ++last;
+    const bool unites = ccConcave(record);
+    std::fill(parts.depth + first, parts.depth + last, unites ? -1e30f : 1e30f);
+    for (std::uint32_t k = 0; k < ccPlaneCount(record); ++k)
+      takePlaneOfParts(other.planes()[record.b + k], unites, first, last, parts);
+    parts.planes += ccPlaneCount(record) * static_cast<std::size_t>(last - first);
+    for (int i = first; i < last; ++i) parts.depth[i] *= voxel;
+    first = last;
+  }
+}
+
+namespace {
+
 // Lists those that must be divided if they lie over an edge. Most need not.
 CC_LANES int mayDivide(const Direction& dir, Lanes& lanes) {
   const CcLimits limits = dir.limits();

@@ -31,10 +31,7 @@ class LaneSearch {
 
   void run() {
     clear();
-    if (dir_.listed && candidates_.all)
-      lookAt(*dir_.listed);
-    else
-      eachRun([this](const SampleRun& run) { lookInto(run); });
+    eachRun([this](const SampleRun& run) { lookInto(run); });
     flush();
     finish();
   }
@@ -51,8 +48,9 @@ class LaneSearch {
   // samples of a cell are consecutive.
   template <typename Visit>
   void eachRun(const Visit& visit) {
-    if (dir_.listed) return eachListed(visit);
-    eachWhole(visit);
+    if (candidates_.all && !dir_.listed) return eachBrick(visit);
+    if (candidates_.all) return visit({0, static_cast<std::uint32_t>(samples_.size())});
+    for (const SampleRun& run : candidates_.runs) visit(run);
   }
   void look(const SampleRun* first, const SampleRun* last) {
     for (; first != last; ++first) lookInto(*first);
@@ -65,56 +63,32 @@ class LaneSearch {
       hits_.push_back(hitOf(dir_, s, target_.deepAt(s), V3::Zero(), true));
     }
     takeParts();
-    std::swap(candidates_.now, candidates_.next);
+    if (dir_.level > 0) findFiner();
     candidates_.all = false;
   }
 
  private:
   template <typename Visit>
-  void eachWhole(const Visit& visit) {
-    if (candidates_.all) {
-      target_.nearBricks(dir_.owned ? kOwnedAside : 0.0f, candidates_.bricks);
-      candidates_.work.bricks += dir_.samples.bricks.runs.size();
-      if (candidates_.coarse) {
-        candidates_.coarse->begin(samples_.size());
-        candidates_.coarse->bricks.assign(candidates_.bricks.begin(), candidates_.bricks.end());
-      }
-      for (const std::uint32_t brick : candidates_.bricks) visit(dir_.samples.bricks.runs[brick]);
-      return;
+  void eachBrick(const Visit& visit) {
+    target_.nearBricks(dir_.owned ? kOwnedAside : 0.0f, candidates_.bricks);
+    candidates_.work.bricks += dir_.samples.bricks.runs.size();
+    if (candidates_.coarse) {
+      candidates_.coarse->begin(samples_.size());
+      candidates_.coarse->bricks.assign(candidates_.bricks.begin(), candidates_.bricks.end());
     }
-    const SampleLevel& coarser = dir_.samples.levels[dir_.level + 1];
+    for (const std::uint32_t brick : candidates_.bricks) visit(dir_.samples.bricks.runs[brick]);
+  }
+
+  // The next finer level's samples: those in the cells of what is near.
+  void findFiner() {
+    const SampleLevel& level = dir_.samples.levels[dir_.level];
+    candidates_.runs.clear();
     std::uint32_t last = kNoCell;
-    for (const std::uint32_t sample : candidates_.now) {
-      const std::uint32_t cell = coarser.cellOf[sample];
-      if (cell != last) visit(coarser.finer[cell]);
+    for (const std::uint32_t sample : candidates_.next) {
+      const std::uint32_t cell = level.cellOf[sample];
+      if (cell != last) candidates_.runs.push_back(level.finer[cell]);
       last = cell;
     }
-  }
-
-  // Visits the parts of these runs that are on the Verlet list.
-  template <typename Visit>
-  void eachListed(const Visit& visit) {
-    const std::uint32_t* next = dir_.listed->data();
-    const std::uint32_t* const end = next + dir_.listed->size();
-    const auto within = [&](const SampleRun& run) {
-      while (next != end && *next < run.first) ++next;
-      while (next != end && *next < run.first + run.count) {
-        const std::uint32_t first = *next++;
-        std::uint32_t count = 1;
-        while (next != end && *next == first + count && *next < run.first + run.count)
-          ++next, ++count;
-        visit(SampleRun{first, count});
-      }
-    };
-    // On the coarsest level the list already holds only samples in near bricks.
-    if (candidates_.all)
-      within({0, ~0u});
-    else
-      eachWhole(within);
-  }
-
-  void lookAt(std::span<const std::uint32_t> samples) {
-    for (const std::uint32_t sample : samples) lookInto({sample, 1});
   }
 
   void lookInto(SampleRun run) {

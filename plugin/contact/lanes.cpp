@@ -36,7 +36,7 @@ int columnsOf(const SampleLevel& level, bool coarse, LaneSamples& own, Column* c
 CC_LANES void loadSamples(const Direction& dir, Lanes& lanes) {
   const SampleLevel& level = dir.samples.levels[dir.level];
   Column columns[kColumns];
-  const int count = columnsOf(level, dir.level > 0, lanes.own, columns);
+  const int count = columnsOf(level, level.clusters.size() > 0, lanes.own, columns);
   const std::uint32_t all = static_cast<std::uint32_t>(level.samples.size());
   int at = 0;
   for (int r = 0; r < lanes.runs; ++r) {

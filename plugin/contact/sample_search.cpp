@@ -17,10 +17,11 @@ void CoarseFound::reserveLike(const CoarseFound& other) {
 }
 
 void Candidates::reserveLike(const Candidates& other) {
-  // A search swaps `now` and `next`.
-  const std::size_t found = std::max(other.now.capacity(), other.next.capacity());
-  now.reserve(found);
-  next.reserve(found);
+  // A search swaps `runs` and `finer`.
+  const std::size_t found = std::max(other.runs.capacity(), other.finer.capacity());
+  runs.reserve(found);
+  finer.reserve(found);
+  next.reserve(other.next.capacity());
   bricks.reserve(other.bricks.capacity());
   deep.reserve(other.deep.capacity());
   touched.reserve(other.touched.capacity());

@@ -18,6 +18,14 @@ namespace cloudcontact::search {
 using V3 = Eigen::Vector3f;
 
 constexpr std::size_t kAllSamples = ~std::size_t{0};
+
+// The number of hits that makes a level fine enough, if the coarsest needs `enough`. Finer levels
+// need a third as many: with a fifth the force on cylinders of 16 voxels pressed by 0.3 is off by
+// 3.7 %, with a third by less than 3.
+constexpr std::size_t neededOf(int level, std::size_t enough) {
+  constexpr std::size_t kFinerNeeds = 3;
+  return level == kLevels - 1 ? enough : enough / kFinerNeeds;
+}
 // [own voxels] Samples this far outside the other body may own voxels in it.
 constexpr float kOwnedAside = 2;
 
@@ -53,7 +61,8 @@ struct TouchedSample {
 // Samples near the other body, from level to level: the next finer level searches only their cells.
 struct Candidates {
   bool all = true;                     // the coarsest level: every brick
-  std::vector<std::uint32_t> now;      // found on the level before
+  std::vector<SampleRun> runs;         // else the samples of this level, from the level before
+  std::vector<SampleRun> finer;        // of the next level, until this one is left
   std::vector<std::uint32_t> next;     // found on this level
   std::vector<std::uint32_t> bricks;   // that may touch
   WorkCounts work;                     // so far
@@ -87,9 +96,8 @@ struct Direction : CcWay {
   const SampleSet& samples;
   int level;
   Side side;
-  float voxel;  // of the samples' body [m]
-  // The level's samples on the Verlet list, ascending; null: all samples.
-  const std::span<const std::uint32_t>* listed = nullptr;
+  float voxel;          // of the samples' body [m]
+  bool listed = false;  // `samples` are those of a Verlet list, and all of them are asked
   std::size_t needed = kAllSamples;    // hits of both bodies that make the level fine enough
   const OwnedVoxels* owned = nullptr;  // of the samples, where the touched ones are wanted
 

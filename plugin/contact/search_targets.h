@@ -53,8 +53,7 @@ struct FieldTarget {
   }
 
   void measureParts(Lanes& parts, const SampleColumns&) const {
-    for (int i = 0; i < parts.count; ++i) parts.several[i] = i;
-    choosePlanes(dir, other, voxel, false, parts.count, parts);
+    choosePlanesOfParts(other, voxel, parts);
   }
 
   float deepAt(const SurfaceSample& s) const {

@@ -11,6 +11,8 @@ namespace {
 constexpr double kSteps = 10;                         // for which a skin should last
 constexpr double kLeastSkin = 0.03, kMostSkin = 0.1;  // [voxels] a wider one leaves too little out
 constexpr double kMostTurn = 0.01;                    // [rad] by which normals may turn
+// Room for a list: of most pairs, less than twice as many samples as are hits may be.
+constexpr std::size_t kRoomPerHit = 2, kLeastRoom = 64;
 
 double turned(const CcWay& from, const CcWay& to) {
   double sum = 0;
@@ -66,16 +68,19 @@ void VerletLists::meet(const FieldData& a, const FieldData& b) {
   known_ = made_ = false;
 }
 
-bool VerletLists::valid(const CcWay* ways) const {
-  if (!made_) return false;
-  for (int side = 0; side < 2; ++side)
-    if (!(moved(lists_[side].way, ways[side], balls_[side]) <= lists_[side].skin) ||
-        !(turned(lists_[side].way, ways[side]) <= kMostTurn))
-      return false;
-  return true;
+// How much of what the lists are made for is used up; above 1 they are not valid.
+float VerletLists::ageAt(const CcWay* ways) const {
+  double age = 0;
+  for (int side = 0; side < 2; ++side) {
+    const VerletList& list = lists_[side];
+    age = std::max(age, moved(list.way, ways[side], balls_[side]) / double(list.skin));
+    age = std::max(age, turned(list.way, ways[side]) / kMostTurn);
+  }
+  return static_cast<float>(age);
 }
 
-bool VerletLists::begin(const FieldData& a, const FieldData& b, const CcWay* ways) {
+bool VerletLists::begin(const FieldData& a, const FieldData& b, const CcWay* ways,
+                        std::size_t enough) {
   if (lives_[0] != a.life() || lives_[1] != b.life()) meet(a, b);
   wanted_ = known_;
   for (int side = 0; side < 2; ++side) {
@@ -85,30 +90,24 @@ bool VerletLists::begin(const FieldData& a, const FieldData& b, const CcWay* way
     last_[side] = ways[side];
   }
   known_ = true;
-  made_ = valid(ways);
+  if (made_) age_ = ageAt(ways);
+  made_ = made_ && age_ <= 1 && enough == enough_;
   return made_;
 }
 
-void VerletLists::reserve(std::size_t ofA, std::size_t ofB) {
-  for (int side = 0; side < 2; ++side) {
-    const std::size_t lookups = side == 0 ? ofA : ofB;
-    std::vector<std::uint32_t>& samples = lists_[side].samples;
-    if (samples.capacity() < lookups / 2) samples.reserve(lookups / 4 * 3);
-  }
+void VerletLists::reserve(int level, std::size_t ofA, std::size_t ofB) {
+  lists_[kA].reserve(level, spare_ * (kRoomPerHit * ofA + kLeastRoom));
+  lists_[kB].reserve(level, spare_ * (kRoomPerHit * ofB + kLeastRoom));
 }
 
-void VerletLists::make(const FieldData& a, const FieldData& b, int level,
+void VerletLists::make(const FieldData& a, const FieldData& b, int level, std::size_t enough,
                        VerletListBuilder& builder) {
-  level_ = level;
+  level_ = level, enough_ = enough;
   const FieldData* const fields[2] = {&a, &b};
-  made_ = true;
-  for (int side = 0; side < 2; ++side) {
-    VerletList& list = lists_[side];
-    list.way = last_[side];
-    list.skin = skins_[side];
-    const VerletListBuilder::Limits limits{level, static_cast<float>(kMostTurn)};
-    made_ = made_ && builder.build(*fields[side], *fields[1 - side], limits, list);
-  }
+  for (int side = 0; side < 2; ++side)
+    lists_[side].way = last_[side], lists_[side].skin = skins_[side];
+  made_ = builder.build(fields, {level, static_cast<float>(kMostTurn), enough}, lists_, passes_);
+  if (!made_) spare_ *= 2;
 }
 
 }  // namespace cloudcontact

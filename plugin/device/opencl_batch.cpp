@@ -35,8 +35,8 @@ CcPair pairOf(const DevicePair& pair) {
       static_cast<float>(marginOf(*pair.a, *pair.b, pair.frame.voxel, pair.settings->margin));
   const std::size_t enough = enoughFor(*pair.settings);
   for (int level = 0; level < kLevels; ++level)
-    p.enough[level] = static_cast<std::uint32_t>(
-        std::min<std::size_t>(neededOf(level, enough), std::numeric_limits<std::uint32_t>::max()));
+    p.enough[level] = static_cast<std::uint32_t>(std::min<std::size_t>(
+        search::neededOf(level, enough), std::numeric_limits<std::uint32_t>::max()));
   return p;
 }
 

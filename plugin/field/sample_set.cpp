@@ -363,6 +363,11 @@ void ClusterColumns::reserve(std::size_t count) {
   for (std::vector<float>& column : spread) column.reserve(count);
 }
 
+void ClusterColumns::clear() {
+  rise.clear();
+  for (std::vector<float>& column : spread) column.clear();
+}
+
 SampleSet sortSamples(std::vector<CutSample> pieces, std::vector<SampleOrigin>& origins) {
   const std::vector<Keyed> keyed = sorted(pieces);
   Assembler assembler(origins);

@@ -49,6 +49,7 @@ struct ClusterColumns {
   void push_back(const CcCluster& cluster);
   void append(const ClusterColumns& from, std::size_t first, std::size_t count);
   void reserve(std::size_t count);
+  void clear();
 };
 
 struct SampleRun {

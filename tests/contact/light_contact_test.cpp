@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "contact/contact_cases.h"
 #include "contact/hit_search.h"
@@ -26,16 +25,13 @@ double volumeOf(const HitColumns& hits) {
 void askAll(const ContactBody& own, const ContactBody& other, const PairFrame& frame, Side side,
             HitColumns& hits) {
   const FieldData& samples = own.field->data();
-  std::vector<std::uint32_t> all(own.field->sampleCount());
-  std::iota(all.begin(), all.end(), 0u);
-  const std::span<const std::uint32_t> listed(all);
   const search::Direction dir{wayOf(own, other, frame),
                               samples,
                               samples.samples(),
                               0,
                               side,
                               static_cast<float>(samples.cloud().voxelSize()),
-                              &listed};
+                              true};
   search::Candidates candidates;
   search::Shares shares;
   search::searchField(dir, other.field->data(), candidates, hits, shares);

@@ -1,0 +1,110 @@
+// Passing a level, and a list's memory.
+#include "contact/verlet_list.h"
+
+#include "contact/field_lanes.h"
+
+namespace cloudcontact {
+
+using namespace search;
+
+namespace {
+
+// Whether finer samples may touch for which sample k stands.
+bool finerAreNear(const Direction& dir, const FieldData& other, std::size_t k,
+                  std::size_t& planes) {
+  const SampleLevel& of = dir.samples.levels[dir.level];
+  const float at[3] = {of.samples.x[k], of.samples.y[k], of.samples.z[k]};
+  float x[3];
+  ccApply(&dir.toOther, at, x);
+  const FieldRecords& records = other.records();
+  const CcPlace place = ccPlaceOf(records.bricks(), x);
+  const CcVoxel record = records.records()[records.firsts()[place.brick] + place.cell];
+  const CcLimits limits = dir.limits();
+  const auto voxel = static_cast<float>(other.cloud().voxelSize());
+  const std::uint32_t count = ccPlaneCount(record);
+  if (count == 0) return ccKindOf(&limits, record, 0, 0) & CC_NEARBY;
+  planes += count > 1 ? count : 0;
+  const CcDepth d = ccVoxelDepth(record, other.planes(), place.r);
+  const CcCluster cluster = of.clusters[k];
+  return ccNearByPlanes(&limits, dir.turnToOther, &cluster, record, other.planes(), place.r,
+                        d.depth * voxel, d.normal, voxel);
+}
+
+// Appends a run; what follows the last one lengthens it.
+void append(SampleRun run, std::vector<SampleRun>& to) {
+  if (!to.empty() && to.back().first + to.back().count == run.first)
+    to.back().count += run.count;
+  else
+    to.push_back(run);
+}
+
+}  // namespace
+
+// Each sample by itself: there are few, and most of what searching them side by side takes is
+// beginning to do so.
+void VerletList::pass(const Direction& dir, const FieldData& other, float age,
+                      Candidates& candidates) const {
+  const Passed& level = passed[dir.level];
+  const std::vector<SampleRun>& finer = set.levels[dir.level].finer;
+  if (candidates.all)
+    candidates.runs.assign(1, {0, static_cast<std::uint32_t>(level.cells.size())});
+  candidates.all = false;
+  const auto isNear = [&](std::uint32_t sample) {
+    if (age < level.until[sample]) return level.near[sample] != 0;
+    ++candidates.work.samples;
+    return finerAreNear(dir, other, sample, candidates.work.planes);
+  };
+  candidates.finer.clear();
+  for (const SampleRun& run : candidates.runs)
+    for (std::uint32_t cell = run.first; cell < run.first + run.count; ++cell) {
+      const SampleRun asked = level.cells[cell];
+      bool near = asked.count == 0;
+      for (std::uint32_t i = 0; i < asked.count && !near; ++i) near = isNear(asked.first + i);
+      if (near) append(finer[cell], candidates.finer);
+    }
+  std::swap(candidates.runs, candidates.finer);
+}
+
+void VerletList::choose(float age, Candidates& candidates) const {
+  if (candidates.all) candidates.runs.assign(1, {0, static_cast<std::uint32_t>(dry.size())});
+  candidates.all = false;
+  candidates.finer.clear();
+  for (const SampleRun& run : candidates.runs)
+    for (std::uint32_t k = run.first; k < run.first + run.count; ++k)
+      if (dry[k] <= age) append({k, 1}, candidates.finer);
+  std::swap(candidates.runs, candidates.finer);
+}
+
+void VerletList::clear() {
+  dry.clear();
+  for (int level = 0; level < kLevels; ++level) {
+    SampleLevel& of = set.levels[level];
+    of.samples.clear(), of.clusters.clear(), of.cellOf.clear(), of.finer.clear();
+    passed[level].cells.clear(), passed[level].until.clear(), passed[level].near.clear();
+  }
+}
+
+void VerletList::reserve(int level, std::size_t count) {
+  for (int k = kLevels - 1; k >= level; --k) {
+    SampleLevel& of = set.levels[k];
+    if (of.samples.x.capacity() < count) of.samples.reserve(count), dry.reserve(count);
+    if (k == level || of.clusters.rise.capacity() >= count) continue;
+    of.clusters.reserve(count), of.cellOf.reserve(count), of.finer.reserve(count);
+    passed[k].cells.reserve(count), passed[k].until.reserve(count), passed[k].near.reserve(count);
+  }
+}
+
+std::size_t VerletList::bytes() const {
+  std::size_t sum = sizeof(float) * dry.capacity();
+  for (int level = 0; level < kLevels; ++level) {
+    const SampleLevel& of = set.levels[level];
+    sum += 8 * sizeof(float) * of.samples.x.capacity() +
+           7 * sizeof(float) * of.clusters.rise.capacity() +
+           sizeof(std::uint32_t) * of.cellOf.capacity() +
+           sizeof(SampleRun) * (of.finer.capacity() + passed[level].cells.capacity()) +
+           sizeof(float) * passed[level].until.capacity() + passed[level].near.capacity();
+  }
+  return sum;
+}
+
+}  // namespace cloudcontact
