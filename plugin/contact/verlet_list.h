@@ -24,6 +24,7 @@ struct VerletList {
   std::vector<float> dry;
   CcWay way = {};  // where they were measured
   float skin = 0;  // [the other's voxels]
+  float turn = 0;  // by which normals may turn
 
   // Takes the place of a search of a level that it does not end on: of the cells in `candidates`,
   // finds those of which finer samples may touch. `dir`: into `other`, with the list's set. `age`:

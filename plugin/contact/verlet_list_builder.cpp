@@ -16,7 +16,8 @@ constexpr float kFacingNoise =
     0.01f;  // of the sine between two normals (the root of that in ccMayHit())
 
 // What records within the skin say of a sample beside CC_WET and CC_NEARBY, which it may become:
-// where the list is made, finer ones may touch, or may not; it may be divided into several hits.
+// by its own record where the list is made, finer ones may touch, or may not; it may be divided
+// into several hits.
 constexpr int kNear = 8, kNotNear = 32, kSeveral = 16;
 constexpr float kForever = 1e30f;
 constexpr float kSureOfNear = 1e-3f;  // [own voxels] more than the rounding of what follows a depth
@@ -180,10 +181,12 @@ void VerletListBuilder::lookBeside(const Direction& dir, const FieldData& other,
   const bool beyond = ccPlaceOf(bricks, x.data()).brick == bricks.nx * bricks.ny * bricks.nz;
   for (int corner = 0; corner < 8; ++corner) {
     V3 by;
+    float far = 0;  // to where the record begins
     for (int k = 0; k < 3; ++k) {
       const float aside = beyond ? -test.skin : 0, next = std::copysign(test.skin, r[k]);
       const bool reached = beyond || std::abs(r[k]) + test.skin >= 0.5f;
       by[k] = corner >> k & 1 ? beyond ? test.skin : reached ? next : 0 : aside;
+      if (!beyond && by[k] != 0) far = std::max(far, 0.5f - std::abs(r[k]));
     }
     const V3 there = x + by;
     const CcPlace p = ccPlaceOf(bricks, there.data());
@@ -191,6 +194,7 @@ void VerletListBuilder::lookBeside(const Direction& dir, const FieldData& other,
     if (record == lanes_.record[lane]) continue;
     const int at = beside_.count++;
     owner_[at] = place;
+    begins_[at] = far / test.skin - kSureOfNear;
     beside_.sample[at] = lanes_.sample[lane];
     beside_.record[at] = record;
     beside_.a[at] = records.records()[record].a;
@@ -216,9 +220,10 @@ void VerletListBuilder::flushBeside(const Direction& dir, const FieldData& other
   mayTouch(dir, test, beside_, may, same, dry);
   for (int i = 0; i < beside_.count; ++i) {
     const std::uint32_t place = owner_[i];
-    side.may[place] |= static_cast<std::uint8_t>(may[i]);
-    side.same[place] = std::min(side.same[place], same[i]);
-    side.dry[place] = std::min(side.dry[place], dry[i]);
+    const bool differs = (may[i] & kNear) ? side.may[place] & kNotNear : side.may[place] & kNear;
+    side.same[place] = std::min(side.same[place], std::max(differs ? 0 : same[i], begins_[i]));
+    side.dry[place] = std::min(side.dry[place], std::max(dry[i], begins_[i]));
+    side.may[place] |= static_cast<std::uint8_t>(may[i] & ~(kNear | kNotNear));
   }
   beside_.count = 0;
 }
@@ -236,7 +241,7 @@ void VerletListBuilder::keepCells(const SampleLevel& from, int level, bool passe
     bool sure = false;
     for (; next < end && from.cellOf[side.samples[next]] == cell; ++next) {
       all |= side.may[next];
-      sure |= !(side.may[next] & kNotNear) && side.same[next] > 1;
+      sure |= (side.may[next] & kNear) && side.same[next] > 1;
     }
     const std::size_t first = std::exchange(begin, next);
     if ((all & kept) == 0) continue;
@@ -250,9 +255,8 @@ void VerletListBuilder::keepCells(const SampleLevel& from, int level, bool passe
         to.cellOf.push_back(static_cast<std::uint32_t>(finer_.size()));
         continue;
       }
-      const bool divided = (side.may[i] & kNear) && (side.may[i] & kNotNear);
       list.passed[level].near.push_back((side.may[i] & kNear) != 0);
-      list.passed[level].until.push_back(divided ? 0 : side.same[i]);
+      list.passed[level].until.push_back(side.same[i]);
     }
     if (passed) list.passed[level].cells.push_back(asked);
     finer_.push_back(all & CC_NEARBY ? from.finer[cell] : SampleRun{});
@@ -298,7 +302,7 @@ bool VerletListBuilder::build(const FieldData* const* fields, const Limits& limi
       const float skin = lists[k].skin + roundingOf(dir, other);
       const float others = static_cast<float>(other.cloud().voxelSize());
       const float rounding = (skin - lists[k].skin) * others / voxel;
-      const Test test{dir.limits(), level, skin, rounding, others, limits.turn};
+      const Test test{dir.limits(), level, skin, rounding, others, lists[k].turn};
       gather(dir, other, skin, sides_[k]);
       look(dir, other, test, sides_[k]);
       most += mostHits(own.samples(), level, sides_[k].samples, sides_[k].may);

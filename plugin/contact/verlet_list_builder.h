@@ -21,7 +21,6 @@ class VerletListBuilder {
   // The queries for which lists are valid.
   struct Limits {
     int level = 0;           // the finest level searched
-    float turn = 0;          // [rad] of normals
     std::size_t enough = 0;  // hits that the coarsest level needs
   };
   // Fills two lists with samples of each of the fields on their way into the other one, at
@@ -58,6 +57,7 @@ class VerletListBuilder {
   Side sides_[2];
   Lanes lanes_, beside_;
   WorkCounts work_;
+  float begins_[search::kLanes];  // for each lane of beside_, the age at which its record counts
   std::uint32_t owner_[search::kLanes];  // for each lane of beside_, its sample's place in samples
 };
 

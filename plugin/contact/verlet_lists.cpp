@@ -68,13 +68,23 @@ void VerletLists::meet(const FieldData& a, const FieldData& b) {
   known_ = made_ = false;
 }
 
+// How far normals turn at most while no sample of a ball moves by more than `skin`, as turned() has
+// it, and kMostTurn.
+float VerletLists::turnWithin(float skin, const CcWay& way, const Ball& ball) {
+  double square = 0;
+  for (const float t : way.toOther.turn) square += static_cast<double>(t) * t;
+  const double perVoxel = std::sqrt(square / 3);  // the other's voxels in one of the samples'
+  return static_cast<float>(
+      std::min(kMostTurn, 1.01 * std::sqrt(2.0) * skin / (perVoxel * std::max(ball.radius, 1.0))));
+}
+
 // How much of what the lists are made for is used up; above 1 they are not valid.
 float VerletLists::ageAt(const CcWay* ways) const {
   double age = 0;
   for (int side = 0; side < 2; ++side) {
     const VerletList& list = lists_[side];
     age = std::max(age, moved(list.way, ways[side], balls_[side]) / double(list.skin));
-    age = std::max(age, turned(list.way, ways[side]) / kMostTurn);
+    age = std::max(age, turned(list.way, ways[side]) / double(list.turn));
   }
   return static_cast<float>(age);
 }
@@ -104,9 +114,11 @@ void VerletLists::make(const FieldData& a, const FieldData& b, int level, std::s
                        VerletListBuilder& builder) {
   level_ = level, enough_ = enough;
   const FieldData* const fields[2] = {&a, &b};
-  for (int side = 0; side < 2; ++side)
+  for (int side = 0; side < 2; ++side) {
     lists_[side].way = last_[side], lists_[side].skin = skins_[side];
-  made_ = builder.build(fields, {level, static_cast<float>(kMostTurn), enough}, lists_, passes_);
+    lists_[side].turn = turnWithin(skins_[side], last_[side], balls_[side]);
+  }
+  made_ = builder.build(fields, {level, enough}, lists_, passes_);
   if (!made_) spare_ *= 2;
 }
 

@@ -50,6 +50,7 @@ class VerletLists {
   };
   static Ball ballOf(const SampleBricks& bricks);
   static double moved(const CcWay& from, const CcWay& to, const Ball& ball);
+  static float turnWithin(float skin, const CcWay& way, const Ball& ball);
   void meet(const FieldData& a, const FieldData& b);
   float ageAt(const CcWay* ways) const;
 
