@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace cloudcontact {
 
@@ -94,7 +95,9 @@ bool VerletLists::begin(const FieldData& a, const FieldData& b, const CcWay* way
   if (lives_[0] != a.life() || lives_[1] != b.life()) meet(a, b);
   wanted_ = known_;
   for (int side = 0; side < 2; ++side) {
-    const double skin = kSteps * moved(last_[side], ways[side], balls_[side]);
+    // Of a pair that is also asked where it is at the step's end, every other query moves it little.
+    const double motion = moved(last_[side], ways[side], balls_[side]),
+                 skin = kSteps * std::max(motion, std::exchange(motions_[side], motion));
     wanted_ = wanted_ && skin <= kMostSkin;
     skins_[side] = static_cast<float>(std::max(skin, kLeastSkin));
     last_[side] = ways[side];

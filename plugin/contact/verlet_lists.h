@@ -59,6 +59,7 @@ class VerletLists {
   CcWay last_[2] = {};  // of the last query
   VerletList lists_[2];
   std::array<bool, kLevels> passes_ = {};
+  double motions_[2] = {};  // in the last query [the other's voxels]
   float skins_[2] = {};
   float age_ = 0;
   int level_ = 0;
