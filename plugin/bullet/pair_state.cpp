@@ -149,18 +149,22 @@ void PairState::lookFurther(PairStep& step, const btCollisionObjectWrapper& a,
   PairQuery& query = step.query;
   const double ahead = step.ahead();
   if (turnsWithin(ahead, query, step.contact, a, b)) {
-    ContactBody endA = query.a, endB = query.b;
-    const Touch end = endOf(ahead, endA, endB);
-    if (finder.searchTouch(endA, endB, query.settings, step.contact)) {
-      query.a = endA;
-      query.b = endB;
-      step.touch = end;
-      return;
-    }
+    step.turn = turnOn(ahead, query, step.touch);
+    if (finder.searchTouch(query.a, query.b, query.settings, step.contact)) return;
+    turnBack(*step.turn, query, step.touch);
+    step.turn.reset();
   }
   if (closesLightly(ahead, query, step.contact))
     finder.lookAround(query.a, query.b, query.settings, query.voxel * query.voxel, step.contact);
   lookBeside(step);
+}
+
+// What turned within the last step is looked up at this one's end to begin with.
+void PairState::aim(PairStep& step) {
+  const PairQuery& query = step.query;
+  step.turn.reset();
+  if (turned && !step.touch && !query.wrong && !query.byShapes && !(query.levels.tolerance > 0))
+    step.turn = turnOn(step.ahead(), step.query, step.touch);
 }
 
 // The last contact, moved; or by shapes, if the query asks for it and the bodies are not too deep
@@ -168,7 +172,17 @@ void PairState::lookFurther(PairStep& step, const btCollisionObjectWrapper& a,
 void PairState::find(PairStep& step, const btCollisionObjectWrapper& a,
                      const btCollisionObjectWrapper& b, bool known) {
   PairQuery& query = step.query;
-  if (known) return lookAhead->countTaken();
+  if (known) lookAhead->countTaken();
+  if (!known) search(step, a, b);
+  if (!step.turn || turnsWithin(step.ahead(), query, step.contact, a, b)) return;
+  turnBack(*step.turn, query, step.touch);
+  step.turn.reset();
+  search(step, a, b);
+}
+
+void PairState::search(PairStep& step, const btCollisionObjectWrapper& a,
+                       const btCollisionObjectWrapper& b) {
+  PairQuery& query = step.query;
   step.how = Answer::Searched;
   step.earlier = 0;
   if (step.isStep && !step.touch && isKnown(query)) {
@@ -203,6 +217,7 @@ void PairState::adjust(PairStep& step, const btCollisionObjectWrapper& a,
   if (!step.isStep) return;
   apart = step.query.a.field && step.query.b.field && step.contact.samples == 0;
   touched = step.contact.samples > 0;
+  turned = step.turn.has_value();
   keep(step);
 }
 
@@ -326,6 +341,7 @@ std::size_t PairState::prepare(const btCollisionObjectWrapper& a, const btCollis
   // was most of the time.
   now.query = reader.read(narrowPhase.settings(), a, b, now.seconds, true);
   if (now.query.wrong || now.query.apart || isSwept(a, b, info)) return 0;
+  aim(now);
   setStage(Stage::Read);
   return now.query.byShapes || isKnown(now.query) ? 0 : 1 + finder.sampleLookups();
 }
@@ -391,9 +407,11 @@ void PairState::walk(const btCollisionObjectWrapper& a, const btCollisionObjectW
     leaving.reset();
     return writer.clear();
   }
-  const bool known = done == Stage::Searched && !now.touch && sameQuery(query, now.query);
+  const bool sweeps = now.touch.has_value();
   now.seconds = info.m_timeStep;
-  now.query = std::move(query);
+  std::swap(now.query, query);
+  aim(now);
+  const bool known = done == Stage::Searched && !sweeps && sameQuery(now.query, query);
   find(now, a, b, known);
   adjust(now, a, b);
   const PairSides sides = now.sides(a, b);

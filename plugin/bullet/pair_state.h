@@ -48,7 +48,7 @@ struct PairState {
     shapeIds.keepIn(archive);
     leaving.keepIn(archive);
     memory.keepIn(archive);
-    archive(apart, touched);
+    archive(apart, touched, turned);
   }
 
   // Bullet's call.
@@ -83,9 +83,11 @@ struct PairState {
   // Where the pair touches later in the step; the query is then there.
   std::optional<Touch> sweepOn(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                                const btDispatcherInfo& info, PairQuery& query);
+  void aim(PairStep& step);
   // The contact of the step's query; `known`: it is searched already.
   void find(PairStep& step, const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
             bool known);
+  void search(PairStep& step, const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
   // What the step adds to it, but for what is written of single points (step_adjustments.h).
   void adjust(PairStep& step, const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
   void lookFurther(PairStep& step, const btCollisionObjectWrapper& a,
@@ -142,6 +144,7 @@ struct PairState {
   std::uint32_t deviceRoom = SearchTask::kFirstRoom;
   bool apart = false;    // the last search in a step found no touch of two clouds
   bool touched = false;  // the last search in a step found a touch
+  bool turned = false;   // at the step's end (turning.h)
   // [m] The voxel if the last step that asked found nothing; 0: it did.
   double clearVoxel = 0;
   static constexpr double kClear = 1.1;  // voxels; a query asks for one, and boxes are rounded

@@ -86,4 +86,16 @@ Touch endOf(double step, ContactBody& a, ContactBody& b) {
   return end;
 }
 
+Turn turnOn(double step, PairQuery& query, std::optional<Touch>& touch) {
+  const Turn turn{{query.a.pose, query.b.pose}, {query.a.motion, query.b.motion}};
+  touch = endOf(step, query.a, query.b);
+  return turn;
+}
+
+void turnBack(const Turn& turn, PairQuery& query, std::optional<Touch>& touch) {
+  query.a.pose = turn.poses[0], query.b.pose = turn.poses[1];
+  query.a.motion = turn.motions[0], query.b.motion = turn.motions[1];
+  touch.reset();
+}
+
 }  // namespace cloudcontact

@@ -18,4 +18,13 @@ bool turnsWithin(double step, const PairQuery& query, const ContactResult& found
 // The step's end as a touch, with `a` and `b` moved to where they are then.
 Touch endOf(double step, ContactBody& a, ContactBody& b);
 
+// A pair that is looked up at the step's end: where it was before.
+struct Turn {
+  Pose poses[2];
+  Motion motions[2];
+};
+// Moves the query's bodies to the step's end and back again.
+Turn turnOn(double step, PairQuery& query, std::optional<Touch>& touch);
+void turnBack(const Turn& turn, PairQuery& query, std::optional<Touch>& touch);
+
 }  // namespace cloudcontact
