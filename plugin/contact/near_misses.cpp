@@ -294,7 +294,7 @@ void NearMissSearch::keepOthers(const Direction& dir, const float* depths, int c
 // Leaves only those of a level whose cells are not searched on.
 void NearMissSearch::leaveOutSearchedOn(const OneSide& side, int level) {
   if (!side.own->field) return;
-  const std::vector<std::uint32_t>& cellOf = side.own->field->data().samples().levels[level].cellOf;
+  const LargeVector<std::uint32_t>& cellOf = side.own->field->data().samples().levels[level].cellOf;
   std::vector<std::uint32_t>& cells = bricks_;
   cells.clear();
   for (const Candidate& c : now_)

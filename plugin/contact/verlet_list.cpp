@@ -45,7 +45,7 @@ void append(SampleRun run, std::vector<SampleRun>& to) {
 void VerletList::pass(const Direction& dir, const FieldData& other, float age,
                       Candidates& candidates) const {
   const Passed& level = passed[dir.level];
-  const std::vector<SampleRun>& finer = set.levels[dir.level].finer;
+  const LargeVector<SampleRun>& finer = set.levels[dir.level].finer;
   if (candidates.all)
     candidates.runs.assign(1, {0, static_cast<std::uint32_t>(level.cells.size())});
   candidates.all = false;

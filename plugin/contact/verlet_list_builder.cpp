@@ -114,7 +114,7 @@ CC_LANES void mayTouch(const Direction& dir, const MayTouch& test, const Lanes& 
 // The most hits that a body's samples can be.
 std::size_t mostHits(const SampleSet& from, int level, std::span<const std::uint32_t> samples,
                      std::span<const std::uint8_t> may) {
-  const std::vector<float>& width = from.levels[level].samples.width;
+  const LargeVector<float>& width = from.levels[level].samples.width;
   std::size_t most = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if ((may[i] & CC_WET) == 0) continue;

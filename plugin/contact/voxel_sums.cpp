@@ -72,7 +72,7 @@ void VoxelSums::touchedByArea(std::vector<TouchedSample>& touched) const {
   touched.clear();
   const SampleSet& set = dir_->samples;
   const SampleColumns& samples = set.levels[found_->level].samples;
-  const std::vector<OwnedReach>& reach = level_->reach;
+  const LargeVector<OwnedReach>& reach = level_->reach;
   const double h = own_->field->cloud().voxelSize();
   const bool distance = isDistance(area_->solid);
   const auto inOther = [&](float x, float y, float z) {

@@ -34,8 +34,8 @@ class Packer {
 };
 
 // Four arrays as one array of (a, b, c, d).
-std::vector<float> interleaved(const std::vector<float>& a, const std::vector<float>& b,
-                               const std::vector<float>& c, const std::vector<float>& d) {
+std::vector<float> interleaved(const LargeVector<float>& a, const LargeVector<float>& b,
+                               const LargeVector<float>& c, const LargeVector<float>& d) {
   std::vector<float> all;
   all.reserve(4 * a.size());
   for (std::size_t i = 0; i < a.size(); ++i) all.insert(all.end(), {a[i], b[i], c[i], d[i]});

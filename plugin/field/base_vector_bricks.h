@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/grid_index.h"
+#include "base/large_memory.h"
 #include "field/depth_table.h"
 #include "kernels/digitize/window_sums.h"
 
@@ -44,7 +45,7 @@ struct BaseVectorBricks {
   Vec3 origin = Vec3::Zero();                        // [m]
   Eigen::Vector3i bricks = Eigen::Vector3i::Zero();  // along each axis
   std::vector<std::int32_t> table;                   // block of each brick, or kNoBlock
-  std::vector<FieldBlock> blocks;                    // the first tissues.size() are shared
+  LargeVector<FieldBlock> blocks;                    // the first tissues.size() are shared
   TissueTable tissues;
   std::vector<int> density;        // of each tissue, the densest's is CC_DENSEST
   std::vector<std::string> names;  // of the cloud's materials; empty where it has none

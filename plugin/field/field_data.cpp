@@ -25,7 +25,7 @@ class Hasher {
 };
 
 // Least and largest of some values, in lanes.
-std::pair<float, float> range(const std::vector<float>& v) {
+std::pair<float, float> range(const LargeVector<float>& v) {
   constexpr std::size_t kLanes = 16;
   float least[kLanes], most[kLanes];
   std::fill(least, least + kLanes, v[0]);
@@ -97,8 +97,7 @@ std::uint64_t FieldData::hash() const {
     for (const auto* column : {&s.x, &s.y, &s.z, &s.nx, &s.ny, &s.nz, &s.area, &s.width})
       hasher.add(column->data(), column->size());
     hasher.add(level.clusters.rise.data(), level.clusters.size());
-    for (const std::vector<float>& column : level.clusters.spread)
-      hasher.add(column.data(), column.size());
+    for (const auto& column : level.clusters.spread) hasher.add(column.data(), column.size());
     hasher.add(level.cellOf.data(), level.cellOf.size());
     hasher.add(level.finer.data(), level.finer.size());
   }

@@ -138,7 +138,7 @@ struct FieldRecords::Builder {
   }
 
   // Records of a brick without planes. Its own if it is partly inside, otherwise shared.
-  std::int32_t plainBrick(std::size_t t, std::vector<CcVoxel>& records, bool& solid) {
+  std::int32_t plainBrick(std::size_t t, LargeVector<CcVoxel>& records, bool& solid) {
     const Eigen::Vector3i low = brickAt(t) * kBrickEdge;
     const std::int32_t stored = cloud.voxels().table[t];
     int full = stored == kSolidBrick ? kBrickVoxels : 0;
@@ -158,7 +158,7 @@ struct FieldRecords::Builder {
   // Appends the records of a brick with planes. Renumbers the planes and marks near-outside voxels
   // again, since these depend on neighboring bricks. Returns the number of band voxels.
   std::int16_t addBandBrick(std::size_t t, const BandView& brick,
-                            std::vector<CcVoxel>& records) const {
+                            LargeVector<CcVoxel>& records) const {
     const std::size_t first = records.size();
     records.insert(records.end(), brick.cells, brick.cells + kBrickVoxels);
     const std::uint32_t shift = planeFirsts[t] - brick.first;

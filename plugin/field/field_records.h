@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/grid_index.h"
+#include "base/large_memory.h"
 #include "field/field_band.h"
 #include "kernels/contact/search.h"
 
@@ -29,7 +30,7 @@ class FieldRecords {
     return records_[static_cast<std::size_t>(firsts_[brick] + cell)];
   }
   // Planes of the records that have several.
-  const std::vector<CcVoxel>& planes() const { return planes_; }
+  const LargeVector<CcVoxel>& planes() const { return planes_; }
   // Distance of each brick to the nearest brick of the band, in bricks (Chebyshev), 255 at most.
   const std::vector<std::uint8_t>& brickDistance() const { return distance_; }
   // Lower bound on the voxels between a point of each brick and the band. Negative if the band or
@@ -65,9 +66,9 @@ class FieldRecords {
   FieldRecords(const Cloud& cloud, const Source& source);
 
   CcBricks bricks_{};
-  std::vector<CcVoxel> planes_, records_;
+  LargeVector<CcVoxel> planes_, records_;
   std::vector<std::uint32_t> planeFirsts_;  // of each brick; one more at the end
-  std::vector<std::int32_t> firsts_, between_;
+  LargeVector<std::int32_t> firsts_, between_;
   std::vector<std::uint8_t> distance_, held_;
   std::vector<std::uint8_t> near_;    // blocks that hold band voxels or touch such, as held()
   std::vector<std::int16_t> planed_;  // band voxels of each brick

@@ -186,7 +186,7 @@ void makeBoxes(OwnedVoxels::Level& level) {
     count += (run.size() + kBoxed - 1) / kBoxed;
   }
   OwnedBoxes& boxes = level.boxes;
-  for (std::vector<float>* const column :
+  for (LargeVector<float>* const column :
        {&boxes.x, &boxes.y, &boxes.z, &boxes.halfX, &boxes.halfY, &boxes.halfZ})
     column->resize(count + OwnedVoxels::kBeyond);
   for (const OwnedRun& run : level.runs)

@@ -6,6 +6,7 @@
 
 #include <cloudcontact/field/base_vector_field.h>
 
+#include "base/large_memory.h"
 #include "field/field_data.h"
 #include "field/owned_vector_cache.h"
 
@@ -52,7 +53,7 @@ struct OwnedRun {
 
 // Middles and half edges of boxes around the centers of voxels, side by side.
 struct OwnedBoxes {
-  std::vector<float> x, y, z, halfX, halfY, halfZ;
+  LargeVector<float> x, y, z, halfX, halfY, halfZ;
 };
 
 struct OwnedVoxels {
@@ -63,10 +64,10 @@ struct OwnedVoxels {
   // Voxels in the order of their samples on a level. Those of a sample are sorted by their depth
   // below its plane.
   struct Level {
-    std::vector<OwnedRun> runs;  // of each sample
-    std::vector<OwnedReach> reach;
+    LargeVector<OwnedRun> runs;  // of each sample
+    LargeVector<OwnedReach> reach;
     OwnedBoxes boxes;
-    std::vector<OwnedVoxel> voxels;
+    LargeVector<OwnedVoxel> voxels;
 
     std::size_t size() const { return voxels.size() - kBeyond; }
   };

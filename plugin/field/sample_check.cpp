@@ -12,7 +12,7 @@ constexpr float kMost = 1e6f;
 constexpr float kBeside = 8;       // [voxels] that a sample may lie beside the grid
 constexpr float kLongest = 1.01f;  // of a normal
 
-bool within(const std::vector<float>& column, float low, float high) {
+bool within(const LargeVector<float>& column, float low, float high) {
   bool all = true;
   for (const float v : column) all = all & (v >= low) & (v <= high);  // NaN is not
   return all;
@@ -22,27 +22,27 @@ bool sameLengths(const SampleLevel& level, std::size_t coarse) {
   const SampleColumns& s = level.samples;
   for (const auto* column : {&s.y, &s.z, &s.nx, &s.ny, &s.nz, &s.area, &s.width})
     if (column->size() != s.size()) return false;
-  for (const std::vector<float>& column : level.clusters.spread)
+  for (const LargeVector<float>& column : level.clusters.spread)
     if (column.size() != coarse) return false;
   return level.clusters.size() == coarse && level.cellOf.size() == coarse;
 }
 
 bool soundNumbers(const SampleLevel& level, const Eigen::Vector3i& size) {
   const SampleColumns& s = level.samples;
-  const std::vector<float>* const places[] = {&s.x, &s.y, &s.z};
+  const LargeVector<float>* const places[] = {&s.x, &s.y, &s.z};
   for (int k = 0; k < 3; ++k)
     if (!within(*places[k], -kBeside, static_cast<float>(size[k]) + kBeside)) return false;
   for (const auto* column : {&s.nx, &s.ny, &s.nz})
     if (!within(*column, -kLongest, kLongest)) return false;
   for (const auto* column : {&s.area, &s.width, &level.clusters.rise})
     if (!within(*column, 0, kMost)) return false;
-  for (const std::vector<float>& column : level.clusters.spread)
+  for (const LargeVector<float>& column : level.clusters.spread)
     if (!within(column, -kMost, kMost)) return false;
   return true;
 }
 
 // One run behind the other, through all of `count` samples.
-bool areParts(const std::vector<SampleRun>& runs, std::size_t count) {
+bool areParts(const LargeVector<SampleRun>& runs, std::size_t count) {
   std::size_t at = 0;
   for (const SampleRun& run : runs) {
     if (run.first != at) return false;

@@ -319,7 +319,7 @@ std::vector<Keyed> remaining(const SampleSet& set, const std::vector<SampleOrigi
 
 namespace {
 
-void appendTo(std::vector<float>& to, const std::vector<float>& source, std::size_t first,
+void appendTo(LargeVector<float>& to, const LargeVector<float>& source, std::size_t first,
               std::size_t count) {
   const auto begin = source.begin() + static_cast<std::ptrdiff_t>(first);
   to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(count));
@@ -328,7 +328,7 @@ void appendTo(std::vector<float>& to, const std::vector<float>& source, std::siz
 }  // namespace
 
 void SampleColumns::append(const SampleColumns& from, std::size_t first, std::size_t count) {
-  const auto add = [&](std::vector<float>& to, const std::vector<float>& source) {
+  const auto add = [&](LargeVector<float>& to, const LargeVector<float>& source) {
     appendTo(to, source, first, count);
   };
   add(x, from.x), add(y, from.y), add(z, from.z);
@@ -360,12 +360,12 @@ void ClusterColumns::append(const ClusterColumns& from, std::size_t first, std::
 
 void ClusterColumns::reserve(std::size_t count) {
   rise.reserve(count);
-  for (std::vector<float>& column : spread) column.reserve(count);
+  for (LargeVector<float>& column : spread) column.reserve(count);
 }
 
 void ClusterColumns::clear() {
   rise.clear();
-  for (std::vector<float>& column : spread) column.clear();
+  for (LargeVector<float>& column : spread) column.clear();
 }
 
 SampleSet sortSamples(std::vector<CutSample> pieces, std::vector<SampleOrigin>& origins) {

@@ -5,6 +5,7 @@
 
 #include <cloudcontact/field/surface_sample.h>
 
+#include "base/large_memory.h"
 #include "kernels/contact/search.h"
 #include "voxels/voxel_set.h"
 
@@ -17,9 +18,9 @@ constexpr int kLevels = 3;  // level 0: every piece; level 1: cells of 2 voxels;
 
 // One column per quantity, so that many samples are looked up side by side.
 struct SampleColumns {
-  std::vector<float> x, y, z;     // [voxels], grid's frame
-  std::vector<float> nx, ny, nz;  // outward unit vector
-  std::vector<float> area, width;
+  LargeVector<float> x, y, z;     // [voxels], grid's frame
+  LargeVector<float> nx, ny, nz;  // outward unit vector
+  LargeVector<float> area, width;
 
   std::size_t size() const { return x.size(); }
   std::size_t bytes() const { return 8 * sizeof(float) * size(); }
@@ -39,7 +40,7 @@ struct SampleColumns {
 
 // What the samples of a coarse level stand for (CcCluster).
 struct ClusterColumns {
-  std::vector<float> rise, spread[6];
+  LargeVector<float> rise, spread[6];
 
   std::size_t size() const { return rise.size(); }
   CcCluster operator[](std::size_t k) const {
@@ -62,15 +63,15 @@ struct SampleLevel {
   SampleColumns samples;
   // Empty on level 0:
   ClusterColumns clusters;            // of each sample
-  std::vector<std::uint32_t> cellOf;  // its cell
-  std::vector<SampleRun> finer;       // a cell's samples on the next finer level
+  LargeVector<std::uint32_t> cellOf;  // its cell
+  LargeVector<SampleRun> finer;       // a cell's samples on the next finer level
 };
 
 // Bricks of 8x8x8 voxels. A sphere holds all pieces of a brick (grid's frame, voxels). The runs are
 // of the coarsest level.
 struct SampleBricks {
-  std::vector<float> x, y, z, radius;
-  std::vector<SampleRun> runs;
+  LargeVector<float> x, y, z, radius;
+  LargeVector<SampleRun> runs;
 };
 
 struct SampleSet {

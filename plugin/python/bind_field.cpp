@@ -64,7 +64,7 @@ py::tuple pointsAt(const SurfaceField& field, const py::object& points) {
 }
 
 // A column of the samples over the field's own memory.
-py::array sampleColumn(const Held& field, const std::vector<float>& numbers) {
+py::array sampleColumn(const Held& field, const LargeVector<float>& numbers) {
   return viewOf(numbers.data(), {static_cast<py::ssize_t>(numbers.size())}, {sizeof(float)},
                 keeping(field));
 }
