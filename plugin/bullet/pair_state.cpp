@@ -159,11 +159,13 @@ void PairState::lookFurther(PairStep& step, const btCollisionObjectWrapper& a,
   lookBeside(step);
 }
 
-// What turned within the last step is looked up at this one's end to begin with.
-void PairState::aim(PairStep& step) {
+// What turned within the last step, and goes on so, is looked up at this one's end to begin with.
+void PairState::aim(PairStep& step, const btCollisionObjectWrapper& a,
+                    const btCollisionObjectWrapper& b) {
   const PairQuery& query = step.query;
   step.turn.reset();
-  if (turned && !step.touch && !query.wrong && !query.byShapes && !(query.levels.tolerance > 0))
+  if (turned && !step.touch && !query.wrong && !query.byShapes && !(query.levels.tolerance > 0) &&
+      goesOnTurning(step.ahead(), query, turns, a, b))
     step.turn = turnOn(step.ahead(), step.query, step.touch);
 }
 
@@ -174,7 +176,7 @@ void PairState::find(PairStep& step, const btCollisionObjectWrapper& a,
   PairQuery& query = step.query;
   if (known) lookAhead->countTaken();
   if (!known) search(step, a, b);
-  if (!step.turn || turnsWithin(step.ahead(), query, step.contact, a, b)) return;
+  if (!step.turn || step.contact.samples > 0) return;
   turnBack(*step.turn, query, step.touch);
   step.turn.reset();
   search(step, a, b);
@@ -218,6 +220,7 @@ void PairState::adjust(PairStep& step, const btCollisionObjectWrapper& a,
   apart = step.query.a.field && step.query.b.field && step.contact.samples == 0;
   touched = step.contact.samples > 0;
   turned = step.turn.has_value();
+  if (turned) turns = turningPlace(step.ahead(), step.query, step.contact);
   keep(step);
 }
 
@@ -341,7 +344,7 @@ std::size_t PairState::prepare(const btCollisionObjectWrapper& a, const btCollis
   // was most of the time.
   now.query = reader.read(narrowPhase.settings(), a, b, now.seconds, true);
   if (now.query.wrong || now.query.apart || isSwept(a, b, info)) return 0;
-  aim(now);
+  aim(now, a, b);
   setStage(Stage::Read);
   return now.query.byShapes || isKnown(now.query) ? 0 : 1 + finder.sampleLookups();
 }
@@ -410,7 +413,7 @@ void PairState::walk(const btCollisionObjectWrapper& a, const btCollisionObjectW
   const bool sweeps = now.touch.has_value();
   now.seconds = info.m_timeStep;
   std::swap(now.query, query);
-  aim(now);
+  aim(now, a, b);
   const bool known = done == Stage::Searched && !sweeps && sameQuery(now.query, query);
   find(now, a, b, known);
   adjust(now, a, b);

@@ -49,6 +49,7 @@ struct PairState {
     leaving.keepIn(archive);
     memory.keepIn(archive);
     archive(apart, touched, turned);
+    turns.keepIn(archive);
   }
 
   // Bullet's call.
@@ -83,7 +84,7 @@ struct PairState {
   // Where the pair touches later in the step; the query is then there.
   std::optional<Touch> sweepOn(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                                const btDispatcherInfo& info, PairQuery& query);
-  void aim(PairStep& step);
+  void aim(PairStep& step, const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
   // The contact of the step's query; `known`: it is searched already.
   void find(PairStep& step, const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
             bool known);
@@ -144,7 +145,8 @@ struct PairState {
   std::uint32_t deviceRoom = SearchTask::kFirstRoom;
   bool apart = false;    // the last search in a step found no touch of two clouds
   bool touched = false;  // the last search in a step found a touch
-  bool turned = false;   // at the step's end (turning.h)
+  bool turned = false;   // the last step's contact is that at its end (turning.h)
+  TurningPlace turns;    // then
   // [m] The voxel if the last step that asked found nothing; 0: it did.
   double clearVoxel = 0;
   static constexpr double kClear = 1.1;  // voxels; a query asks for one, and boxes are rounded

@@ -6,6 +6,7 @@
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace cloudcontact {
 
@@ -40,18 +41,25 @@ double pushOf(const PairQuery& query, const ContactResult& contact) {
   return sum;
 }
 
-Turning turningOf(const PairQuery& query, const ContactResult& contact, double step) {
+Turning turningAt(const TurningPlace& at, const PairQuery& query, double step) {
   const double spin = std::max(query.a.motion.angular.norm(), query.b.motion.angular.norm());
+  const Vec3 meeting = query.a.motion.at(at.position) - query.b.motion.at(at.position);
+  const double closing = meeting.dot(at.normal);
+  const double along = (meeting - closing * at.normal).norm();
+  return {step * step * spin * along, step * std::abs(closing), at.depth, along};
+}
+
+TurningPlace placeOf(const Patch& patch) {
+  return {patch.position, patch.normal, patch.depth, 0};
+}
+
+Turning turningOf(const PairQuery& query, const ContactResult& contact, double step) {
   Turning most;
   for (const Patch& patch : contact.patches) {
     if (patch.beside) continue;
-    const Vec3 meeting = query.a.motion.at(patch.position) - query.b.motion.at(patch.position);
-    const double closing = meeting.dot(patch.normal);
-    const double along = (meeting - closing * patch.normal).norm();
-    most.along = std::max(most.along, along);
-    most.by = std::max(most.by, step * step * spin * along);
-    most.closes = std::max(most.closes, step * std::abs(closing));
-    most.depth = std::max(most.depth, patch.depth);
+    const Turning at = turningAt(placeOf(patch), query, step);
+    most = {std::max(most.by, at.by), std::max(most.closes, at.closes),
+            std::max(most.depth, at.depth), std::max(most.along, at.along)};
   }
   return most;
 }
@@ -61,15 +69,38 @@ bool bounces(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& 
   return gCalculateCombinedRestitutionCallback(a.getCollisionObject(), b.getCollisionObject()) > 0;
 }
 
+bool turnsSo(const Turning& turning, double push, double step, const PairQuery& query,
+             const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) {
+  return turning.by >= kTurns * query.voxel && turning.closes <= kCloses * query.voxel &&
+         turning.depth <= kDeep * query.voxel &&
+         step * push <= kSteady * query.mass * turning.along && !bounces(a, b);
+}
+
 }  // namespace
 
 bool turnsWithin(double step, const PairQuery& query, const ContactResult& found,
                  const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) {
-  if (found.samples == 0) return false;
-  const Turning turning = turningOf(query, found, step);
-  return turning.by >= kTurns * query.voxel && turning.closes <= kCloses * query.voxel &&
-         turning.depth <= kDeep * query.voxel &&
-         step * pushOf(query, found) <= kSteady * query.mass * turning.along && !bounces(a, b);
+  return found.samples > 0 &&
+         turnsSo(turningOf(query, found, step), pushOf(query, found), step, query, a, b);
+}
+
+TurningPlace turningPlace(double step, const PairQuery& query, const ContactResult& found) {
+  TurningPlace place;
+  double most = -1;
+  for (const Patch& patch : found.patches) {
+    if (patch.beside) continue;
+    const double by = turningAt(placeOf(patch), query, step).by;
+    if (by > std::exchange(most, std::max(most, by))) place = placeOf(patch);
+  }
+  place.push = pushOf(query, found);
+  return place;
+}
+
+bool goesOnTurning(double step, const PairQuery& query, const TurningPlace& last,
+                   const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) {
+  const Vec3 meeting = query.a.motion.at(last.position) - query.b.motion.at(last.position);
+  return last.depth + step * meeting.dot(last.normal) > 0 &&
+         turnsSo(turningAt(last, query, step), last.push, step, query, a, b);
 }
 
 Touch endOf(double step, ContactBody& a, ContactBody& b) {

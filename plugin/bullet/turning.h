@@ -9,11 +9,29 @@
 
 namespace cloudcontact {
 
+// Where a pair turns, and what presses it there.
+struct TurningPlace {
+  Vec3 position = Vec3::Zero(), normal = Vec3::Zero();
+  double depth = 0, push = 0;  // [m, N]
+
+  template <typename Archive>
+  void keepIn(Archive& archive) {
+    archive(position, normal, depth, push);
+  }
+};
+
 // Whether the pair turns so far within a step of `step` seconds that its contact, `found` now, is
 // better looked up at the step's end. Not what rolls, bounces, meets at a speed, or is deep in each
 // other.
 bool turnsWithin(double step, const PairQuery& query, const ContactResult& found,
                  const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
+
+// Of a contact that turns: the place where it does most.
+TurningPlace turningPlace(double step, const PairQuery& query, const ContactResult& found);
+// Whether a pair that turned there in the last step is likely to do so in this one, and to touch at
+// its end.
+bool goesOnTurning(double step, const PairQuery& query, const TurningPlace& last,
+                   const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
 
 // The step's end as a touch, with `a` and `b` moved to where they are then.
 Touch endOf(double step, ContactBody& a, ContactBody& b);

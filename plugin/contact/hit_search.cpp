@@ -3,6 +3,8 @@
 
 #include <cloudcontact/contact/paper_body.h>
 
+#include <cstring>
+
 #include "contact/level_search.h"
 #include "contact/verlet_list_builder.h"
 #include "contact/verlet_lists.h"
@@ -125,7 +127,13 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   const Query query = queryOf(a, b, frame, enough);
   const bool hitsAlone = !query.owned[kA] && !query.owned[kB];  // lists know no others
   const int level = searchBoth(query, hits, query.ofFields() && hitsAlone ? lists : nullptr);
-  if (hits.empty() && margin > 0) touchLightly(query, frame, static_cast<float>(seen), hits);
+  // With enough hits of the coarsest samples, the rest of them is only asked for hits.
+  const bool knows =
+      level < kLevels - 1 && (!a.field || coarse_[kA].known) && (!b.field || coarse_[kB].known);
+  if (knows && query.ofFields())
+    coarseOf_ = {{dataOf(a).life(), dataOf(b).life()}, {query.ways[kA], query.ways[kB]}};
+  if (hits.empty() && margin > 0)
+    touchLightly(query, frame, static_cast<float>(seen), knows ? coarse_ : nullptr, hits);
   end();
   return level;
 }
@@ -150,7 +158,8 @@ void HitSearch::runApart(const ContactBody& a, const ContactBody& b, const PairF
                          double margin, HitColumns& hits) {
   begin(false, hits);
   const auto seen = static_cast<float>(marginOf(a, b, frame.voxel, margin));
-  touchLightly(queryOf(a, b, frame, 0), frame, seen, hits);
+  const Query query = queryOf(a, b, frame, 0);
+  touchLightly(query, frame, seen, coarseOf(query), hits);
   end();
 }
 
@@ -158,15 +167,27 @@ bool HitSearch::runBeside(const ContactBody& a, const ContactBody& b, const Pair
                           double margin, const KnownMeets& known, HitColumns& hits) {
   begin(false, hits);
   const auto seen = static_cast<float>(marginOf(a, b, frame.voxel, margin));
-  touchLightly(queryOf(a, b, frame, 0), frame, seen, hits, &known);
+  const Query query = queryOf(a, b, frame, 0);
+  touchLightly(query, frame, seen, coarseOf(query), hits, &known);
   end();
   return !hits.empty();
 }
 
+// What a search of this query would find at the coarsest samples; null: not known.
+const CoarseFound* HitSearch::coarseOf(const Query& query) const {
+  if (!coarseOf_ || !query.ofFields()) return nullptr;
+  for (const Side side : {kA, kB})
+    if (coarseOf_->lives[side] != dataOf(*query.bodies[side]).life() ||
+        std::memcmp(&coarseOf_->ways[side], &query.ways[side], sizeof(CcWay)) != 0)
+      return nullptr;
+  return coarse_;
+}
+
 // `wantsCoarse`: the search keeps what it finds at the coarsest samples.
 void HitSearch::begin(bool wantsCoarse, HitColumns& hits) {
+  if (wantsCoarse) coarseOf_.reset();
   for (int side = 0; side < 2; ++side) {
-    coarse_[side].known = false;
+    if (wantsCoarse) coarse_[side].known = false;
     candidates_[side].coarse = wantsCoarse ? &coarse_[side] : nullptr;
     candidates_[side].work = {};
   }
@@ -191,9 +212,9 @@ void HitSearch::reserveLike(const HitSearch& other) {
 
 // Turns near misses into hits; the nearest becomes kLightly deep.
 void HitSearch::touchLightly(const Query& query, const PairFrame& frame, float margin,
-                             HitColumns& hits, const KnownMeets* known) {
+                             const CoarseFound* coarse, HitColumns& hits, const KnownMeets* known) {
   const std::vector<NearMiss>& found =
-      misses_.run(query.bodies, query.ways, frame, margin, coarse_, known);
+      misses_.run(query.bodies, query.ways, frame, margin, coarse, known);
   near_ = misses_.work();
   ++near_.searches;
   const float shift = NearMissSearch::kLightly * static_cast<float>(frame.voxel) -

@@ -286,7 +286,7 @@ bool VerletListBuilder::keep(const SampleSet& from, int level, bool last, bool p
           {static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(entries() - first)});
     begin = end;
   }
-  std::swap(side.runs, finer_);
+  side.runs.assign(finer_.begin(), finer_.end());
   return true;
 }
 

@@ -96,7 +96,7 @@ bool VerletLists::begin(const FieldData& a, const FieldData& b, const CcWay* way
   wanted_ = known_;
   for (int side = 0; side < 2; ++side) {
     // Of a pair that is also asked where it is at the step's end, every other query moves it little.
-    const double motion = moved(last_[side], ways[side], balls_[side]),
+    const double motion = known_ ? moved(last_[side], ways[side], balls_[side]) : 0,
                  skin = kSteps * std::max(motion, std::exchange(motions_[side], motion));
     wanted_ = wanted_ && skin <= kMostSkin;
     skins_[side] = static_cast<float>(std::max(skin, kLeastSkin));
