@@ -15,7 +15,8 @@ namespace {
 struct PlaneLanes {
   int count = 0;
   int having[CC_MAX_PLANES + 1] = {};  // lanes with more than k planes: they are the first ones
-  std::int32_t lane[kLanes], first[kLanes], unites[kLanes];
+  std::int32_t lane[kLanes + 1];       // sorting writes one too many
+  std::int32_t first[kLanes], unites[kLanes];
   float x[kLanes], y[kLanes], z[kLanes];
   CcVoxel plane[kLanes];
 
@@ -23,18 +24,22 @@ struct PlaneLanes {
   void read(const CcVoxel* planes, int k);
 };
 
+// A pass for each number of planes that occurs, mostly two: a counting sort waits for its counts.
 void PlaneLanes::sort(const Lanes& lanes, const std::int32_t* list, int listed) {
-  int of[CC_MAX_PLANES + 2] = {}, begin[CC_MAX_PLANES + 2];
-  const auto planesOf = [&](std::int32_t i) { return static_cast<int>(lanes.a[i] >> 28 & 7u); };
-  for (int i = 0; i < listed; ++i) ++of[planesOf(list[i])];
-  int sum = 0;
-  for (int k = CC_MAX_PLANES + 1; k >= 0; --k) {
-    begin[k] = sum;
-    sum += of[k];
-    if (k > 0 && k <= CC_MAX_PLANES + 1) having[k - 1] = sum;
+  std::int32_t planes[kLanes];
+  std::uint32_t occurs = 0;
+  for (int i = 0; i < listed; ++i) {
+    planes[i] = static_cast<std::int32_t>(lanes.a[list[i]] >> 28 & 7u);
+    occurs |= 1u << planes[i];
   }
-  count = listed;
-  for (int i = 0; i < listed; ++i) lane[begin[planesOf(list[i])]++] = list[i];
+  count = 0;
+  for (int k = CC_MAX_PLANES; k > 0; --k) {
+    for (int i = 0; (occurs >> k & 1u) && i < listed; ++i) {
+      lane[count] = list[i];
+      count += planes[i] == k;
+    }
+    having[k - 1] = count;
+  }
   pad(lane, count);
   for (int i = 0; i < padded(count); ++i) {
     const std::int32_t l = lane[i];

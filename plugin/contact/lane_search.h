@@ -103,9 +103,9 @@ class LaneSearch {
   void flush() {
     if (lanes_.count == 0) return;
     candidates_.work.samples += static_cast<std::size_t>(lanes_.count);
-    loadSamples(dir_, lanes_);
     // With enough hits there is no finer level.
     const bool finer = hits_.size() < dir_.needed;
+    loadSamples(dir_, finer, lanes_);
     const int divided = target_.measure(finer, lanes_);
     classify(dir_, finer, lanes_);
     // A search of a list does not see all samples of a brick, and has made no room for them.

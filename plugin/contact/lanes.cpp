@@ -33,10 +33,10 @@ int columnsOf(const SampleLevel& level, bool coarse, LaneSamples& own, Column* c
 
 }  // namespace
 
-CC_LANES void loadSamples(const Direction& dir, Lanes& lanes) {
+CC_LANES void loadSamples(const Direction& dir, bool beside, Lanes& lanes) {
   const SampleLevel& level = dir.samples.levels[dir.level];
   Column columns[kColumns];
-  const int count = columnsOf(level, level.clusters.size() > 0, lanes.own, columns);
+  const int count = columnsOf(level, beside && dir.level > 0, lanes.own, columns);
   const std::uint32_t all = static_cast<std::uint32_t>(level.samples.size());
   int at = 0;
   for (int r = 0; r < lanes.runs; ++r) {

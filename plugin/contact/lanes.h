@@ -67,8 +67,8 @@ struct Lanes {
   }
 };
 
-// Copies the lanes' samples.
-void loadSamples(const Direction& dir, Lanes& lanes);
+// Copies the lanes' samples; `beside`: with what coarse ones stand for.
+void loadSamples(const Direction& dir, bool beside, Lanes& lanes);
 
 // Lists the lanes whose flags are set, in their order; returns how many. Most vectors of lanes hold
 // none. Without branches inside them, which a processor cannot predict.

@@ -75,7 +75,7 @@ void NearMissSearch::look(const Direction& dir, const Target& target, const Samp
   const auto flush = [&] {
     if (lanes.count == 0) return;
     work_.samples += static_cast<std::size_t>(lanes.count);
-    loadSamples(dir, lanes);
+    loadSamples(dir, true, lanes);
     target.measurePoints(lanes);
     work_.planes += std::exchange(lanes.planes, 0);
     if (known_) findFacing(dir, lanes);

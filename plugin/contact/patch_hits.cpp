@@ -28,7 +28,10 @@ Line lineOf(const CcNearestHit& best, double cell) {
           float(best.reach),    float(CC_LARGEST * cell), float(kMore * cell)};
 }
 
-// For each of some hits, the square of ccTryHit(), or less.
+constexpr std::uint32_t kBlock = 16;  // hits
+
+// For each of some hits, the square of ccTryHit(), or less. After them `least` has room for as many
+// as make blocks whole.
 CC_LANES void leastOf(const Line& to, const float* xs, const float* ys, const float* zs,
                       const float* widths, std::uint32_t count, float* least) {
   const Line line = to;
@@ -40,6 +43,18 @@ CC_LANES void leastOf(const Line& to, const float* xs, const float* ys, const fl
     const float away = std::max(0.0F, std::sqrt(square) - line.more);
     const float beside = std::max(0.0F, away - std::min(line.reach * widths[k], line.largest));
     least[k] = kRounding * (beside * beside + float(CC_MIDDLES) * (away * away));
+  }
+}
+
+// The least of each block.
+CC_LANES void leastOfBlocks(const float* least, std::uint32_t blocks, float* of) {
+  for (std::uint32_t b = 0; b < blocks; ++b) {
+    const float* const from = least + kBlock * b;
+    float half[kBlock / 2];
+    for (std::uint32_t k = 0; k < kBlock / 2; ++k) half[k] = ccMin(from[k], from[k + kBlock / 2]);
+    float most = half[0];
+    for (std::uint32_t k = 1; k < kBlock / 2; ++k) most = ccMin(most, half[k]);
+    of[b] = most;
   }
 }
 
@@ -62,7 +77,8 @@ void PatchHits::take(const PairHits& pair, std::size_t patch) {
     const auto end = static_cast<std::uint32_t>(index_.size());
     bins_.push_back({ccVecAt(pair.binner->sums(bin).origin), ballAround(begin, end), begin, end});
   }
-  least_.resize(std::max(least_.size(), index_.size()));
+  least_.resize(std::max(least_.size(), index_.size() + kBlock));
+  leastOfBlock_.resize(std::max(leastOfBlock_.size(), least_.size() / kBlock));
 }
 
 PatchHits::Ball PatchHits::ballAround(std::uint32_t begin, std::uint32_t end) const {
@@ -88,6 +104,7 @@ void PatchHits::reserveLike(const PatchHits& other) {
   for (std::vector<float>* column : {&x_, &y_, &z_, &width_}) column->reserve(other.x_.capacity());
   index_.reserve(other.index_.capacity());
   least_.reserve(other.least_.capacity());
+  leastOfBlock_.reserve(other.leastOfBlock_.capacity());
 }
 
 void PatchHits::tryHit(std::uint32_t hit, CcNearestHit& best) const {
@@ -108,12 +125,20 @@ void PatchHits::tryBin(const Bin& bin, CcNearestHit& best) const {
   float* const least = least_.data();
   leastOf(lineOf(best, cell_), &x_[bin.begin], &y_[bin.begin], &z_[bin.begin], &width_[bin.begin],
           count, least);
-  const float* const nearest = std::min_element(least, least + count);
-  if (!(double(*nearest) < best.square)) return;
+  const std::uint32_t blocks = (count + kBlock - 1) / kBlock;
+  std::fill(least + count, least + kBlock * blocks, std::numeric_limits<float>::infinity());
+  float* const ofBlock = leastOfBlock_.data();
+  leastOfBlocks(least, blocks, ofBlock);
+  const float* const block = std::min_element(ofBlock, ofBlock + blocks);
+  if (!(double(*block) < best.square)) return;
+  const float* const nearest = std::find(least + kBlock * (block - ofBlock), least + count, *block);
   CcNearestHit promised = best;
   tryHit(bin.begin + static_cast<std::uint32_t>(nearest - least), promised);
-  for (std::uint32_t k = 0; k < count; ++k)
-    if (double(least[k]) <= promised.square) tryHit(bin.begin + k, best);
+  for (std::uint32_t b = 0; b < blocks; ++b) {
+    if (!(double(ofBlock[b]) <= promised.square)) continue;
+    for (std::uint32_t k = kBlock * b; k < std::min(count, kBlock * (b + 1)); ++k)
+      if (double(least[k]) <= promised.square) tryHit(bin.begin + k, best);
+  }
 }
 
 CcNearestHit PatchHits::nearest(CcNearestHit best) const {

@@ -57,6 +57,7 @@ class PatchHits {
   std::vector<std::uint32_t> index_;  // in the pair's hits
   mutable WorkCounts work_;
   mutable std::vector<float> least_;  // of a bin's hits, in a lookup [m^2]
+  mutable std::vector<float> leastOfBlock_;
 };
 
 }  // namespace cloudcontact

@@ -150,7 +150,7 @@ void VerletListBuilder::look(const Direction& dir, const FieldData& other, const
   for (std::size_t first = 0; first < all; first += kLanes) {
     lanes_.clear();
     for (std::size_t k = first; k < all && !lanes_.full(); ++k) lanes_.add({side.samples[k], 1});
-    loadSamples(dir, lanes_);
+    loadSamples(dir, true, lanes_);
     findRecords(dir, other, lanes_);
     measure(dir, other, test.voxel, dir.level > 0, lanes_);
     work_.listed += static_cast<std::size_t>(lanes_.count);

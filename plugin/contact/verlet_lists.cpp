@@ -95,7 +95,8 @@ bool VerletLists::begin(const FieldData& a, const FieldData& b, const CcWay* way
   if (lives_[0] != a.life() || lives_[1] != b.life()) meet(a, b);
   wanted_ = known_;
   for (int side = 0; side < 2; ++side) {
-    // Of a pair that is also asked where it is at the step's end, every other query moves it little.
+    // Of a pair that is also asked where it is at the step's end, every other query moves it
+    // little.
     const double motion = known_ ? moved(last_[side], ways[side], balls_[side]) : 0,
                  skin = kSteps * std::max(motion, std::exchange(motions_[side], motion));
     wanted_ = wanted_ && skin <= kMostSkin;
