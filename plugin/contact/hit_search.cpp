@@ -3,8 +3,6 @@
 
 #include <cloudcontact/contact/paper_body.h>
 
-#include <cstring>
-
 #include "contact/level_search.h"
 #include "contact/verlet_list_builder.h"
 #include "contact/verlet_lists.h"
@@ -22,6 +20,10 @@ constexpr double kFarApart = 5;
 
 const FieldData& dataOf(const ContactBody& body) {
   return body.field->data();
+}
+
+bool rests(const ContactBody& body) {
+  return body.motion.linear.isZero(0) && body.motion.angular.isZero(0);
 }
 
 // A near miss as the hit that it is once the bodies have come nearer by `shift` [m], clipped as any
@@ -127,13 +129,7 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   const Query query = queryOf(a, b, frame, enough);
   const bool hitsAlone = !query.owned[kA] && !query.owned[kB];  // lists know no others
   const int level = searchBoth(query, hits, query.ofFields() && hitsAlone ? lists : nullptr);
-  // With enough hits of the coarsest samples, the rest of them is only asked for hits.
-  const bool knows =
-      level < kLevels - 1 && (!a.field || coarse_[kA].known) && (!b.field || coarse_[kB].known);
-  if (knows && query.ofFields())
-    coarseOf_ = {{dataOf(a).life(), dataOf(b).life()}, {query.ways[kA], query.ways[kB]}};
-  if (hits.empty() && margin > 0)
-    touchLightly(query, frame, static_cast<float>(seen), knows ? coarse_ : nullptr, hits);
+  if (hits.empty() && margin > 0) touchLightly(query, frame, static_cast<float>(seen), hits);
   end();
   return level;
 }
@@ -148,6 +144,8 @@ int HitSearch::searchBoth(const Query& query, HitColumns& hits, VerletLists* lis
   if (listed) lists->drop();
   level = searchLevels(query, hits, nullptr);
   if (!lists || hits.empty()) return level;  // apart, a list would hold half of all samples
+  // What rests by its motion, too, finds room for its lists in its first query.
+  if (!lists->wanted() && !(rests(*query.bodies[kA]) && rests(*query.bodies[kB]))) return level;
   const std::size_t ofA = hits.countOf(kA);
   lists->reserve(level, ofA, hits.size() - ofA);
   if (lists->wanted()) lists->make(*a, *b, level, query.enough, *builder_);
@@ -158,8 +156,7 @@ void HitSearch::runApart(const ContactBody& a, const ContactBody& b, const PairF
                          double margin, HitColumns& hits) {
   begin(false, hits);
   const auto seen = static_cast<float>(marginOf(a, b, frame.voxel, margin));
-  const Query query = queryOf(a, b, frame, 0);
-  touchLightly(query, frame, seen, coarseOf(query), hits);
+  touchLightly(queryOf(a, b, frame, 0), frame, seen, hits);
   end();
 }
 
@@ -167,27 +164,15 @@ bool HitSearch::runBeside(const ContactBody& a, const ContactBody& b, const Pair
                           double margin, const KnownMeets& known, HitColumns& hits) {
   begin(false, hits);
   const auto seen = static_cast<float>(marginOf(a, b, frame.voxel, margin));
-  const Query query = queryOf(a, b, frame, 0);
-  touchLightly(query, frame, seen, coarseOf(query), hits, &known);
+  touchLightly(queryOf(a, b, frame, 0), frame, seen, hits, &known);
   end();
   return !hits.empty();
 }
 
-// What a search of this query would find at the coarsest samples; null: not known.
-const CoarseFound* HitSearch::coarseOf(const Query& query) const {
-  if (!coarseOf_ || !query.ofFields()) return nullptr;
-  for (const Side side : {kA, kB})
-    if (coarseOf_->lives[side] != dataOf(*query.bodies[side]).life() ||
-        std::memcmp(&coarseOf_->ways[side], &query.ways[side], sizeof(CcWay)) != 0)
-      return nullptr;
-  return coarse_;
-}
-
 // `wantsCoarse`: the search keeps what it finds at the coarsest samples.
 void HitSearch::begin(bool wantsCoarse, HitColumns& hits) {
-  if (wantsCoarse) coarseOf_.reset();
   for (int side = 0; side < 2; ++side) {
-    if (wantsCoarse) coarse_[side].known = false;
+    coarse_[side].known = false;
     candidates_[side].coarse = wantsCoarse ? &coarse_[side] : nullptr;
     candidates_[side].work = {};
   }
@@ -212,9 +197,9 @@ void HitSearch::reserveLike(const HitSearch& other) {
 
 // Turns near misses into hits; the nearest becomes kLightly deep.
 void HitSearch::touchLightly(const Query& query, const PairFrame& frame, float margin,
-                             const CoarseFound* coarse, HitColumns& hits, const KnownMeets* known) {
+                             HitColumns& hits, const KnownMeets* known) {
   const std::vector<NearMiss>& found =
-      misses_.run(query.bodies, query.ways, frame, margin, coarse, known);
+      misses_.run(query.bodies, query.ways, frame, margin, coarse_, known);
   near_ = misses_.work();
   ++near_.searches;
   const float shift = NearMissSearch::kLightly * static_cast<float>(frame.voxel) -

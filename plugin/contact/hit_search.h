@@ -3,7 +3,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <utility>
 
 #include "contact/near_misses.h"
@@ -66,24 +65,15 @@ class HitSearch {
   int searchLevels(const Query& query, HitColumns& hits, const VerletLists* lists);
   void searchSide(const Query& query, Side side, int level, HitColumns& hits,
                   const VerletLists* lists);
-  void touchLightly(const Query& query, const PairFrame& frame, float margin,
-                    const search::CoarseFound* coarse, HitColumns& hits,
+  void touchLightly(const Query& query, const PairFrame& frame, float margin, HitColumns& hits,
                     const KnownMeets* known = nullptr);
   int searchBoth(const Query& query, HitColumns& hits, VerletLists* lists);
   void begin(bool wantsCoarse, HitColumns& hits);
-  const search::CoarseFound* coarseOf(const Query& query) const;
   void end();
 
   std::unique_ptr<VerletListBuilder> builder_;
   search::Candidates candidates_[2];
   search::CoarseFound coarse_[2];
-  // Of which query coarse_ is: where it has looked up all coarsest samples. Searches for near
-  // misses of the same bodies in the same places follow.
-  struct CoarseOf {
-    std::shared_ptr<const int> lives[2];
-    CcWay ways[2];
-  };
-  std::optional<CoarseOf> coarseOf_;
   NearMissSearch misses_;
   WorkCounts near_;  // of the last search for near misses
   WorkCounts work_;

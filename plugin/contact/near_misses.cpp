@@ -342,40 +342,29 @@ void NearMissSearch::keepBest() {
   next_.erase(next_.begin() + 2 * kBest, next_.end());
 }
 
-// Coarsest samples of which the search for touches has found how near they are. Beside a touch,
-// where they are counts, too: those that are near enough are looked up.
-void NearMissSearch::takeKnown(const Direction& dir, SampleRun run, const CoarseFound& coarse) {
-  const float *const estimates = coarse.estimate.data() + run.first, *const depths =
-                                                                         coarse.depth.data() +
-                                                                         run.first;
-  if (known_) {
-    for (std::uint32_t i = 0; i < run.count; ++i)
-      if (estimates[i] >= -margin_ && depths[i] < 0) runs_.push_back({run.first + i, 1});
-    return;
-  }
-  keepOthers(dir, depths, static_cast<int>(run.count), nullptr, run.first);
-  consider(dir, estimates, depths, static_cast<int>(run.count),
-           [&](int i) { return run.first + static_cast<std::uint32_t>(i); });
-}
-
 // All samples of the coarsest level, in bricks that are near enough. What the search for touches
 // has looked up is known.
-void NearMissSearch::scan(const OneSide& side, const CoarseFound* coarse) {
+void NearMissSearch::scan(const OneSide& side, const CoarseFound& coarse) {
   if (!side.own->field) return;
   const Direction dir = side.at(kLevels - 1);
   side.withTarget(dir, [&](const auto& target) {
     target.nearBricks(margin_ / dir.voxel, bricks_);
     work_.bricks += dir.samples.bricks.runs.size();
     runs_.clear();
-    std::size_t known = 0;
-    const std::size_t end = coarse ? coarse->bricks.size() : 0;
+    auto known = coarse.bricks.begin();
+    const auto end = coarse.known && !known_ ? coarse.bricks.end() : known;
     for (const std::uint32_t b : bricks_) {
       const SampleRun run = dir.samples.bricks.runs[b];
-      while (known < end && coarse->bricks[known] < b) ++known;
-      if (known == end || coarse->bricks[known] != b)
+      while (known != end && *known < b) ++known;
+      if (known == end || *known != b) {
         runs_.push_back(run);
-      else
-        takeKnown(dir, run, *coarse);
+        continue;
+      }
+      keepOthers(dir, coarse.depth.data() + run.first, static_cast<int>(run.count), nullptr,
+                 run.first);
+      consider(dir, coarse.estimate.data() + run.first, coarse.depth.data() + run.first,
+               static_cast<int>(run.count),
+               [&](int i) { return run.first + static_cast<std::uint32_t>(i); });
     }
     look(dir, target, runs_.data(), runs_.data() + runs_.size());
   });
@@ -435,7 +424,7 @@ const std::vector<NearMiss>& NearMissSearch::run(const ContactBody* const* bodie
   othersFrom_ = -margin;
   if (!known || !known->again) {
     coarsest_.clear();
-    for (const OneSide& side : sides) scan(side, coarse ? &coarse[side.side] : nullptr);
+    for (const OneSide& side : sides) scan(side, coarse[side.side]);
   }
   if (known) considerCoarsest();
   for (int level = kLevels - 2; level >= 0; --level) {

@@ -72,10 +72,10 @@ class NearMissSearch {
 
   // The samples of either body that are nearer to the other than `margin` [m], and at most kLightly
   // voxels of the frame farther than the nearest. `ways`: of each body's samples, where it has a
-  // field. `coarse`: of both bodies' samples; null: not known. With `known`, the search is beside a
-  // touch. It leaves out samples that touch; that do not face the other surface, as the sides of a
-  // box on a table do not; and that KnownMeets::look leaves out. Ahead, it takes them by their
-  // depths at the step's end. Valid until the next run.
+  // field. `coarse`: of both bodies' samples, if known. With `known`, the search is beside a touch.
+  // It leaves out samples that touch; that do not face the other surface, as the sides of a box on
+  // a table do not; and that KnownMeets::look leaves out. Ahead, it takes them by their depths at
+  // the step's end. Valid until the next run.
   const std::vector<NearMiss>& run(const ContactBody* const* bodies, const CcWay* ways,
                                    const PairFrame& frame, float margin,
                                    const search::CoarseFound* coarse,
@@ -104,8 +104,7 @@ class NearMissSearch {
   };
   struct OneSide;
 
-  void scan(const OneSide& side, const search::CoarseFound* coarse);
-  void takeKnown(const search::Direction& dir, SampleRun run, const search::CoarseFound& coarse);
+  void scan(const OneSide& side, const search::CoarseFound& coarse);
   void searchOn(const OneSide& side, int level);
   template <typename Target>
   void look(const search::Direction& dir, const Target& target, const SampleRun* first,

@@ -84,13 +84,20 @@ void VerletList::clear() {
   }
 }
 
+// Of a coarse level most cells are surely near, and none of their samples is asked.
 void VerletList::reserve(int level, std::size_t count) {
+  constexpr std::size_t kPerAsked = 4;
   for (int k = kLevels - 1; k >= level; --k) {
     SampleLevel& of = set.levels[k];
-    if (of.samples.x.capacity() < count) of.samples.reserve(count), dry.reserve(count);
-    if (k == level || of.clusters.rise.capacity() >= count) continue;
-    of.clusters.reserve(count), of.cellOf.reserve(count), of.finer.reserve(count);
-    passed[k].cells.reserve(count), passed[k].until.reserve(count), passed[k].near.reserve(count);
+    const std::size_t copies = k == level ? count : count / kPerAsked;
+    if (of.samples.x.capacity() < copies) of.samples.reserve(copies);
+    if (k == level) {
+      dry.reserve(count);
+      continue;
+    }
+    of.clusters.reserve(copies), of.cellOf.reserve(copies);
+    passed[k].until.reserve(copies), passed[k].near.reserve(copies);
+    of.finer.reserve(count), passed[k].cells.reserve(count);
   }
 }
 

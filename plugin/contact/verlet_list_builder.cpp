@@ -38,11 +38,11 @@ struct search::MayTouch {
   CcLimits limits;
   int level;
   float skin;      // [the other's voxels] including rounding
-  float rounding;  // [own voxels]
+  float rounding;  // [m]
   float voxel;     // [m] the other's
   float turn;      // [rad]
 
-  // Of the kinds above, what the record may say; `ages`: of the list, up to which it says the same
+  // Of the kinds above, what the record may say; the ages of the list up to which it says the same
   // of finer samples, and up to which the sample is no hit.
   struct Answer {
     int may;
@@ -63,7 +63,7 @@ struct search::MayTouch {
     const float reach = plainly ? half : half * sine, dry = -reach - depth;
     const float near = beside + ccBend(record, level) + rise;
     const float nears = moves * limits.perVoxel + turn * around;
-    const float steady = std::abs(near) - kSureOfNear - rounding;
+    const float steady = std::abs(near) - kSureOfNear - rounding * limits.perVoxel;
     const int surface = (dry < moves ? CC_WET : 0) | (near + nears > 0.0f ? limits.nearby : 0) |
                         (near > 0.0f ? kNear : kNotNear) | (planes > 1 ? kSeveral : 0);
     const int outside = limits.nearOutside ? CC_NEARBY | kNear : kNotNear;
@@ -72,7 +72,7 @@ struct search::MayTouch {
                                                     : kNotNear;
     const float never = record.b == CC_DEEP_INSIDE ? 0 : kForever;
     return {planes > 0 ? surface : plain, planes > 0 ? steady / nears : kForever,
-            planes > 0 ? dry / moves : never};
+            planes > 0 ? (dry - rounding) / moves : never};
   }
 };
 
@@ -194,7 +194,7 @@ void VerletListBuilder::lookBeside(const Direction& dir, const FieldData& other,
     if (record == lanes_.record[lane]) continue;
     const int at = beside_.count++;
     owner_[at] = place;
-    begins_[at] = far / test.skin - kSureOfNear;
+    begins_[at] = (far - test.rounding / test.voxel) / test.skin;
     beside_.sample[at] = lanes_.sample[lane];
     beside_.record[at] = record;
     beside_.a[at] = records.records()[record].a;
@@ -228,11 +228,21 @@ void VerletListBuilder::flushBeside(const Direction& dir, const FieldData& other
   beside_.count = 0;
 }
 
-// Keeps the cells of the side's samples from `begin` to `end`.
-void VerletListBuilder::keepCells(const SampleLevel& from, int level, bool passed,
+namespace {
+
+template <typename Numbers>
+bool isFull(const Numbers& of) {
+  return of.size() == of.capacity();
+}
+
+}  // namespace
+
+// Keeps the cells of the side's samples from `begin` to `end`. Returns false if they do not fit.
+bool VerletListBuilder::keepCells(const SampleLevel& from, int level, bool passed,
                                   std::size_t begin, std::size_t end, const Side& side,
                                   VerletList& list) {
   SampleLevel& to = list.set.levels[level];
+  VerletList::Passed& cells = list.passed[level];
   const int kept = passed ? CC_NEARBY : CC_WET | CC_NEARBY;
   while (begin < end) {
     const std::uint32_t cell = from.cellOf[side.samples[begin]];
@@ -248,43 +258,52 @@ void VerletListBuilder::keepCells(const SampleLevel& from, int level, bool passe
     SampleRun asked{static_cast<std::uint32_t>(to.samples.size()), 0};
     for (std::size_t i = first; i < next; ++i) {
       if ((side.may[i] & kept) == 0 || (passed && sure)) continue;
+      if (isFull(to.samples.x)) return false;
       to.samples.push_back(from.samples[side.samples[i]]);
       to.clusters.push_back(from.clusters[side.samples[i]]);
+      to.cellOf.push_back(static_cast<std::uint32_t>(finer_.size()));
+      cells.near.push_back((side.may[i] & kNear) != 0);
+      cells.until.push_back(side.same[i]);
       ++asked.count;
-      if (!passed) {
-        to.cellOf.push_back(static_cast<std::uint32_t>(finer_.size()));
-        continue;
-      }
-      list.passed[level].near.push_back((side.may[i] & kNear) != 0);
-      list.passed[level].until.push_back(side.same[i]);
     }
-    if (passed) list.passed[level].cells.push_back(asked);
+    if (isFull(cells.cells)) return false;
+    if (passed) cells.cells.push_back(asked);
     finer_.push_back(all & CC_NEARBY ? from.finer[cell] : SampleRun{});
   }
+  return true;
+}
+
+// Keeps the samples from `begin` to `end` that may be hits. Returns false if they do not fit.
+bool VerletListBuilder::keepWet(const SampleColumns& from, std::size_t begin, std::size_t end,
+                                const Side& side, SampleColumns& to, VerletList& list) {
+  for (std::size_t i = begin; i < end; ++i) {
+    if ((side.may[i] & CC_WET) == 0) continue;
+    if (isFull(to.x)) return false;
+    to.push_back(from[side.samples[i]]);
+    list.dry.push_back(side.dry[i]);
+  }
+  return true;
 }
 
 // Keeps what the lists need of a level. Then the runs are those of the next finer level.
 bool VerletListBuilder::keep(const SampleSet& from, int level, bool last, bool passed, Side& side,
                              VerletList& list) {
-  const SampleColumns& samples = from.levels[level].samples;
+  const SampleLevel& all = from.levels[level];
   SampleColumns& to = list.set.levels[level].samples;
   const auto entries = [&] { return passed ? list.passed[level].cells.size() : to.size(); };
-  const std::size_t room = to.x.capacity();
   finer_.clear();
   std::size_t begin = 0;
   for (const SampleRun& run : side.runs) {
     const std::size_t first = entries(), end = begin + run.count;
-    if (to.size() + run.count > room || finer_.size() + run.count > room) return false;
-    if (!last)
-      keepCells(from.levels[level], level, passed, begin, end, side, list);
-    else
-      for (std::size_t i = begin; i < end; ++i)
-        if (side.may[i] & CC_WET)
-          to.push_back(samples[side.samples[i]]), list.dry.push_back(side.dry[i]);
-    if (level < kLevels - 1)
-      list.set.levels[level + 1].finer.push_back(
-          {static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(entries() - first)});
+    if (!(last ? keepWet(all.samples, begin, end, side, to, list)
+               : keepCells(all, level, passed, begin, end, side, list)))
+      return false;
     begin = end;
+    if (level == kLevels - 1) continue;
+    LargeVector<SampleRun>& finer = list.set.levels[level + 1].finer;
+    if (isFull(finer)) return false;
+    finer.push_back(
+        {static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(entries() - first)});
   }
   side.runs.assign(finer_.begin(), finer_.end());
   return true;
@@ -301,7 +320,7 @@ bool VerletListBuilder::build(const FieldData* const* fields, const Limits& limi
       const Direction dir{lists[k].way, own, own.samples(), level, kA, voxel};
       const float skin = lists[k].skin + roundingOf(dir, other);
       const float others = static_cast<float>(other.cloud().voxelSize());
-      const float rounding = (skin - lists[k].skin) * others / voxel;
+      const float rounding = (skin - lists[k].skin) * others;
       const Test test{dir.limits(), level, skin, rounding, others, lists[k].turn};
       gather(dir, other, skin, sides_[k]);
       look(dir, other, test, sides_[k]);

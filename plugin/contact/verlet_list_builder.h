@@ -49,7 +49,9 @@ class VerletListBuilder {
                   std::uint32_t place, Side& side);
   void flushBeside(const Direction& dir, const FieldData& other, const Test& test, Side& side);
   bool keep(const SampleSet& from, int level, bool last, bool passed, Side& side, VerletList& list);
-  void keepCells(const SampleLevel& from, int level, bool passed, std::size_t begin,
+  bool keepWet(const SampleColumns& from, std::size_t begin, std::size_t end, const Side& side,
+               SampleColumns& to, VerletList& list);
+  bool keepCells(const SampleLevel& from, int level, bool passed, std::size_t begin,
                  std::size_t end, const Side& side, VerletList& list);
 
   std::vector<std::uint32_t> bricks_;

@@ -13,7 +13,7 @@ constexpr double kSteps = 10;                         // for which a skin should
 constexpr double kLeastSkin = 0.03, kMostSkin = 0.1;  // [voxels] a wider one leaves too little out
 constexpr double kMostTurn = 0.01;                    // [rad] by which normals may turn
 // Room for a list: of most pairs, less than twice as many samples as are hits may be.
-constexpr std::size_t kRoomPerHit = 2, kLeastRoom = 64;
+constexpr std::size_t kRoomPerHit = 2, kLeastRoom = 32;
 
 double turned(const CcWay& from, const CcWay& to) {
   double sum = 0;
@@ -110,8 +110,13 @@ bool VerletLists::begin(const FieldData& a, const FieldData& b, const CcWay* way
 }
 
 void VerletLists::reserve(int level, std::size_t ofA, std::size_t ofB) {
+  if (!lists_) lists_ = std::make_unique<VerletList[]>(2);
   lists_[kA].reserve(level, spare_ * (kRoomPerHit * ofA + kLeastRoom));
   lists_[kB].reserve(level, spare_ * (kRoomPerHit * ofB + kLeastRoom));
+}
+
+std::size_t VerletLists::bytesKept() const {
+  return lists_ ? 2 * sizeof(VerletList) + lists_[0].bytes() + lists_[1].bytes() : 0;
 }
 
 void VerletLists::make(const FieldData& a, const FieldData& b, int level, std::size_t enough,
@@ -122,7 +127,7 @@ void VerletLists::make(const FieldData& a, const FieldData& b, int level, std::s
     lists_[side].way = last_[side], lists_[side].skin = skins_[side];
     lists_[side].turn = turnWithin(skins_[side], last_[side], balls_[side]);
   }
-  made_ = builder.build(fields, {level, enough}, lists_, passes_);
+  made_ = builder.build(fields, {level, enough}, lists_.get(), passes_);
   if (!made_) spare_ *= 2;
 }
 

@@ -32,10 +32,10 @@ class VerletLists {
             VerletListBuilder& builder);
   void drop() { made_ = false; }
   // Reserves memory after a query without lists that ended on `level` with so many hits of A's and
-  // B's samples, so that a step that makes lists allocates nothing.
+  // B's samples, so that making lists allocates nothing.
   void reserve(int level, std::size_t ofA, std::size_t ofB);
 
-  std::size_t bytesKept() const { return lists_[0].bytes() + lists_[1].bytes(); }
+  std::size_t bytesKept() const;
 
   int level() const { return level_; }
   // Whether no search ends on the level, so that VerletList::pass() takes the place of one.
@@ -56,8 +56,8 @@ class VerletLists {
 
   std::shared_ptr<const int> lives_[2];  // of the two fields
   Ball balls_[2];
-  CcWay last_[2] = {};  // of the last query
-  VerletList lists_[2];
+  CcWay last_[2] = {};                   // of the last query
+  std::unique_ptr<VerletList[]> lists_;  // two, once there has been a touch
   std::array<bool, kLevels> passes_ = {};
   double motions_[2] = {};  // in the last query [the other's voxels]
   float skins_[2] = {};
