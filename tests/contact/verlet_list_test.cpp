@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "contact/contact_cases.h"
+#include "contact/pair_frame.h"
 #include "contact/same_contact.h"
+#include "contact/verlet_lists.h"
 #include "voxels/small_clouds.h"
 
 namespace cloudcontact::testing::verlet_list_test {
@@ -113,6 +115,45 @@ TEST_F(VerletLists, FindTheSameAsLevelsChange) {
     }
     EXPECT_LT(lookups.listed, lookups.fresh);
   }
+}
+
+// What a list keeps of its coarse samples is what they say if they are asked.
+TEST_F(VerletLists, SayWhatTheirSamplesSay) {
+  std::size_t kept = 0, asked = 0;
+  for (Walk w : walks())
+    for (const double length : {2e-3, 8e-3}) {
+      cloudcontact::VerletLists lists;
+      VerletListBuilder builder;
+      const FieldData &a = w.a.field->data(), &b = w.b.field->data();
+      for (int i = 0; i < 60; ++i) {
+        w.step(length);
+        const PairFrame frame = frameOf(w.a, w.b);
+        const CcWay ways[2] = {wayOf(w.a, w.b, frame), wayOf(w.b, w.a, frame)};
+        if (!lists.begin(a, b, ways, search::kAllSamples)) {
+          lists.reserve(0, 10000, 10000);
+          if (lists.wanted()) lists.make(a, b, 0, search::kAllSamples, builder);
+          continue;
+        }
+        for (const Side side : {kA, kB}) {
+          const FieldData &own = side == kA ? a : b, &other = side == kA ? b : a;
+          search::Candidates known, all;
+          for (int level = kLevels - 1; level > 0; --level) {
+            ASSERT_TRUE(lists.passes(level));
+            const search::Direction dir{ways[side],    own, lists.of(side).set, level, side,
+                                        float(kVoxel), true};
+            lists.of(side).pass(dir, other, lists.age(), known);
+            lists.of(side).pass(dir, other, 1e31f, all);  // nothing is known for so long
+            ASSERT_EQ(known.runs.size(), all.runs.size());
+            for (std::size_t k = 0; k < all.runs.size(); ++k) {
+              EXPECT_EQ(known.runs[k].first, all.runs[k].first);
+              EXPECT_EQ(known.runs[k].count, all.runs[k].count);
+            }
+          }
+          kept += known.work.samples, asked += all.work.samples;
+        }
+      }
+    }
+  EXPECT_LT(kept, asked / 4 * 3);
 }
 
 // Other changes between two queries.
