@@ -20,7 +20,7 @@ struct PairStep {
   ContactResult contact;          // find: what touches
   Answer how = Answer::Searched;  // and how it was found
   std::optional<Touch> touch;     // adjust: when later in the step that is, of what sweeps or turns
-  std::optional<Turn> turn;       // of what turns
+  std::optional<Turn> turn;       // of what turns: where it was before
   std::optional<bool> keepsAwake;  // write: whether the bodies must not fall asleep; empty: not yet
   double earlier = 0;              // [s] of computing ahead of Bullet's walk
   PairSides sides(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) const {
