@@ -169,19 +169,22 @@ void PairState::aim(PairStep& step, const btCollisionObjectWrapper& a,
     step.turn = turnOn(step.ahead(), step.query, step.touch);
 }
 
-// The last contact, moved; or by shapes, if the query asks for it and the bodies are not too deep
-// in each other; or searched, with finer levels if the contact asks for them.
+// What was aimed at the step's end and touches nothing there is searched where it is.
 void PairState::find(PairStep& step, const btCollisionObjectWrapper& a,
                      const btCollisionObjectWrapper& b, bool known) {
   PairQuery& query = step.query;
-  if (known) lookAhead->countTaken();
-  if (!known) search(step, a, b);
+  if (known)
+    lookAhead->countTaken();
+  else
+    search(step, a, b);
   if (!step.turn || step.contact.samples > 0) return;
   turnBack(*step.turn, query, step.touch);
   step.turn.reset();
   search(step, a, b);
 }
 
+// The last contact, moved; or by shapes, if the query asks for it and the bodies are not too deep
+// in each other; or searched, with finer levels if the contact asks for them.
 void PairState::search(PairStep& step, const btCollisionObjectWrapper& a,
                        const btCollisionObjectWrapper& b) {
   PairQuery& query = step.query;

@@ -189,14 +189,13 @@ CC_LANES void estimateNearest(const Direction& dir, const Lanes& lanes, float* e
   }
 }
 
-namespace {
-
-// The record at a place in a field's grid.
 CcVoxel recordAt(const FieldData& field, const float* x, CcPlace& place) {
   const auto& records = field.records();
   place = ccPlaceOf(records.bricks(), x);
   return records.records()[records.firsts()[place.brick] + place.cell];
 }
+
+namespace {
 
 // How deep the end of a sample is in the other body [m].
 float depthAt(const Direction& dir, const FieldData& other, const CcWetEnd& end) {

@@ -6,6 +6,8 @@
 
 namespace cloudcontact::search {
 
+// The record at a place in a field's grid [voxels], and where in its voxel that is.
+CcVoxel recordAt(const FieldData& field, const float* x, CcPlace& place);
 // Finds the lanes' records.
 void findRecords(const Direction& dir, const FieldData& other, Lanes& lanes);
 // Finds depth and normal of the lanes whose records are one plane; other lanes get meaningless

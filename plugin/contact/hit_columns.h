@@ -4,8 +4,8 @@
 #include "kernels/contact/sample.h"
 
 #include <cloudcontact/field/surface_field.h>
-#include <algorithm>
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 

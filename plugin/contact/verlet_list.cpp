@@ -16,9 +16,8 @@ bool finerAreNear(const Direction& dir, const FieldData& other, std::size_t k,
   const float at[3] = {of.samples.x[k], of.samples.y[k], of.samples.z[k]};
   float x[3];
   ccApply(&dir.toOther, at, x);
-  const FieldRecords& records = other.records();
-  const CcPlace place = ccPlaceOf(records.bricks(), x);
-  const CcVoxel record = records.records()[records.firsts()[place.brick] + place.cell];
+  CcPlace place;
+  const CcVoxel record = recordAt(other, x, place);
   const CcLimits limits = dir.limits();
   const auto voxel = static_cast<float>(other.cloud().voxelSize());
   const std::uint32_t count = ccPlaneCount(record);

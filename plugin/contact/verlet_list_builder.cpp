@@ -179,13 +179,15 @@ void VerletListBuilder::lookBeside(const Direction& dir, const FieldData& other,
   const FieldRecords& records = other.records();
   const CcBricks bricks = records.bricks();
   const bool beyond = ccPlaceOf(bricks, x.data()).brick == bricks.nx * bricks.ny * bricks.nz;
+  const V3 low = V3::Constant(beyond ? -test.skin : 0);
+  V3 high = V3::Constant(test.skin);
+  for (int k = 0; k < 3 && !beyond; ++k)
+    high[k] = std::abs(r[k]) + test.skin < 0.5f ? 0 : std::copysign(test.skin, r[k]);
   for (int corner = 0; corner < 8; ++corner) {
     V3 by;
     float far = 0;  // to where the record begins
     for (int k = 0; k < 3; ++k) {
-      const float aside = beyond ? -test.skin : 0, next = std::copysign(test.skin, r[k]);
-      const bool reached = beyond || std::abs(r[k]) + test.skin >= 0.5f;
-      by[k] = corner >> k & 1 ? beyond ? test.skin : reached ? next : 0 : aside;
+      by[k] = corner >> k & 1 ? high[k] : low[k];
       if (!beyond && by[k] != 0) far = std::max(far, 0.5f - std::abs(r[k]));
     }
     const V3 there = x + by;
