@@ -2,7 +2,7 @@
 //
 // They lie beside each other in pages of 2 MB, if the system has such (Linux's transparent huge
 // pages). In pages of 4 KB each look-up in a field of 10 MB begins with a walk through the page
-// table: a nut's search took three times as long, and after other work had emptied the caches five
+// table: a nut's search took 2.5 times as long, and after other work had emptied the caches five
 // times.
 #pragma once
 
