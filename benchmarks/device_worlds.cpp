@@ -49,7 +49,7 @@ HeapSettings heapSettings(const Options& o, bool device) {
   settings.threads = o.threads;
   settings.backend = device ? Backend::OpenCl : Backend::Cpu;
   settings.contact.bears = 100;
-  settings.extrapolates = true;  // ten sweeps do not hold stacks of ten: they fall after 3 s
+  settings.newton = true;  // ten sweeps do not hold stacks of ten: they fall after 3 s
   return settings;
 }
 

@@ -45,9 +45,9 @@ Heap::Heap(const HeapSettings& settings)
     contact_.attach(dispatcher_);
     recommendedSettings(world_);
   }
-  solver_.extrapolates = settings.extrapolates;
+  solver_.newton = settings.newton;
   // Islands one by one: the extrapolation of one must not wait for another.
-  if (settings.extrapolates) world_.getSolverInfo().m_minimumSolverBatchSize = 1;
+  if (settings.newton) world_.getSolverInfo().m_minimumSolverBatchSize = 1;
   world_.setGravity({0, 0, s(settings.floats ? 0 : -9.81)});
   reach_ = std::hypot(settings.across, settings.height) / 2;
   if (!settings.places.empty()) {

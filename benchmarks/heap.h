@@ -5,7 +5,7 @@
 #include <btBulletDynamicsCommon.h>
 #include <cloudcontact/bullet/cloud_contact.h>
 #include <cloudcontact/bullet/cloud_dispatcher.h>
-#include <cloudcontact/bullet/extrapolating_solver.h>
+#include <cloudcontact/bullet/newton_solver.h>
 
 #include <functional>
 #include <memory>
@@ -30,7 +30,7 @@ struct HeapSettings {
   bool poured = false;              // dropped from a loose block in random orientations
   double mass = 0.03;               // of a body [kg]
   CloudContactSettings contact;
-  bool extrapolates = false;  // ExtrapolatingSolver, not Bullet's own sweeps
+  bool newton = false;  // NewtonSolver, not Bullet's own sweeps
 };
 
 // Mean times of the measured steps; counts of the last one.
@@ -82,7 +82,7 @@ class Heap {
   btDefaultCollisionConfiguration configuration_;
   TimedDispatcher dispatcher_;
   btDbvtBroadphase broadphase_;
-  ExtrapolatingSolver solver_;
+  NewtonSolver solver_;
   btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   std::vector<std::shared_ptr<btCollisionShape>> shapes_, planes_;
   std::vector<std::unique_ptr<btRigidBody>> walls_, bodies_;

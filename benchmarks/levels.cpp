@@ -7,7 +7,7 @@
 #include <cloudcontact/bullet/cloud_contact.h>
 #include <cloudcontact/bullet/cloud_dispatcher.h>
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/bullet/extrapolating_solver.h>
+#include <cloudcontact/bullet/newton_solver.h>
 #include <cloudcontact/voxels/digitize.h>
 
 #include <algorithm>
@@ -189,7 +189,7 @@ class World {
 
  private:
   btDbvtBroadphase broadphase_;
-  ExtrapolatingSolver solver_;
+  NewtonSolver solver_;
   btDiscreteDynamicsWorld world_{&dispatcher, &broadphase_, &solver_, &configuration_};
   std::vector<std::shared_ptr<btCollisionShape>> shapes_;
 };

@@ -116,7 +116,7 @@ std::vector<btTransform> walls(int bodies) {
 void measure(const Options& options) {
   HeapSettings settings = nutHeap(options.bodies, options.voxel, options.threads);
   settings.contact.bears = 100;
-  settings.extrapolates = true;
+  settings.newton = true;
   settings.poured = true;
   settings.shape = shapesOf(nut(), options.voxel);
   if (options.nuts) return compare("nuts", options, settings);

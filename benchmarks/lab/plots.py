@@ -155,7 +155,7 @@ def failures(folder, data):
     figure.suptitle("Stability: what holds, what fails", fontsize=13, fontweight="bold", x=0.01, ha="left", y=0.995)
     figure.legend(handles=[Patch(color=colors["holds"], label="holds"), Patch(color=colors["fails"], label="fails"),
                            Patch(color=colors["cannot"], label="cannot"), Patch(color="white", label="numbers: units and limits in failures.json"),
-                           Patch(color="white", label="cloud and paper: ExtrapolatingSolver, others: Bullet's solver, ten iterations each")],
+                           Patch(color="white", label="cloud and paper: NewtonSolver, others: Bullet's solver, ten iterations each")],
                   loc="lower left", ncol=5, frameon=False, fontsize=8)
     figure.tight_layout(rect=(0, 0.03, 1, 0.98))
     save(figure, folder, "failures")

@@ -75,8 +75,8 @@ std::string chartTable(const Json& chart) {
 
 // The solvers differ, which the comparison must state.
 constexpr const char* kSolvers =
-    "<p>CloudContact's worlds use this project's ExtrapolatingSolver, which sweeps over its rows "
-    "until they agree; the others Bullet's own solver with its ten sweeps of sequential impulses."
+    "<p>CloudContact's worlds use this project's NewtonSolver, which solves all rows together; "
+    "the others Bullet's own solver with its ten sweeps of sequential impulses."
     "</p>";
 
 std::string failuresTable(const Json& failures) {

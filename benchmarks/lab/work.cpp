@@ -71,6 +71,7 @@ WorkEntry entryOf(const std::string& name, const SimulationReport& report) {
   for (const WorkCounts::Named& count : WorkCounts::all())
     entry.counts.emplace_back(count.name, each(report.work.contacts.*count.count));
   entry.counts.emplace_back("sweeps", each(report.work.sweeps));
+  entry.counts.emplace_back("newton", each(report.work.newton));
   entry.counts.emplace_back("bytes", double(report.work.bytes));
   return entry;
 }

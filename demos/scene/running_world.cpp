@@ -160,7 +160,7 @@ void World::State::settle(const WorldSettings& settings) {
   bool springs = settings.common.stiffness.has_value();
   for (const auto& body : bodies) springs = springs || body.scene.stiffness;
   // Bullet's own methods keep Bullet's solver and settings, unless stiffness is given.
-  solver.extrapolates = usesClouds(settings.common.method);
+  solver.newton = usesClouds(settings.common.method);
   if (usesClouds(settings.common.method) || springs) recommendedSettings(world);
   if (!settings.common.friction) noteFrictionless();
   noteSoftOnPlanes();

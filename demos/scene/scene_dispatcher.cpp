@@ -90,7 +90,7 @@ btScalar TimedSolver::solveGroup(btCollisionObject** bodies, int bodyCount,
                                  btDispatcher* dispatcher) {
   const auto start = Clock::now();
   const btScalar result =
-      ExtrapolatingSolver::solveGroup(bodies, bodyCount, manifolds, manifoldCount, constraints,
+      NewtonSolver::solveGroup(bodies, bodyCount, manifolds, manifoldCount, constraints,
                                       constraintCount, info, drawer, dispatcher);
   seconds_ += since(start);
   return result;

@@ -4,7 +4,7 @@
 
 #include <btBulletDynamicsCommon.h>
 #include <cloudcontact/bullet/cloud_dispatcher.h>
-#include <cloudcontact/bullet/extrapolating_solver.h>
+#include <cloudcontact/bullet/newton_solver.h>
 #include <cloudcontact/law/law.h>
 
 #include <functional>
@@ -58,7 +58,7 @@ class SceneDispatcher : public CloudDispatcher {
   double seconds_ = 0, threadSeconds_ = 0;
 };
 
-class TimedSolver : public ExtrapolatingSolver {
+class TimedSolver : public NewtonSolver {
  public:
   btScalar solveGroup(btCollisionObject** bodies, int bodyCount, btPersistentManifold** manifolds,
                       int manifoldCount, btTypedConstraint** constraints, int constraintCount,

@@ -32,7 +32,7 @@ void limit(btGeneric6DofSpring2Constraint& six, int axis, const SceneJoint& join
 // rest, and step h, the impulse is h (k (e - h u / 2) - c u). The spring's work is then the energy
 // that it loses, in steps of any length, and bodies lose m (v' - v)^2 / 2 a step, which is Bullet's
 // own. The spring of the step's end, as of contacts, would lose twice that. It needs
-// ExtrapolatingSolver.
+// NewtonSolver.
 class SpringJoint : public btGeneric6DofSpring2Constraint {
  public:
   SpringJoint(const SceneJoint& joint, btRigidBody& parent, btRigidBody& child,

@@ -141,6 +141,7 @@ struct WorkDone {
   std::size_t pairs = 0;  // of clouds, asked for contacts
   WorkCounts contacts;
   std::size_t sweeps = 0;  // of the solver
+  std::size_t newton = 0;  // its Newton steps
   std::size_t bytes = 0;   // that the pairs of now keep between steps
 };
 

@@ -184,6 +184,7 @@ double World::solverSeconds() const {
 WorkDone World::work() const {
   WorkDone work;
   work.sweeps = state_->solver.sweeps();
+  work.newton = state_->solver.steps();
   if (!state_->cloudContact) return work;
   const CloudContactStatistics contacts = state_->cloudContact->statistics();
   work.pairs = contacts.pairs;

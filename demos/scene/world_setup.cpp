@@ -11,7 +11,7 @@
 namespace cloudcontact::program {
 namespace {
 
-constexpr double kBears = 100;  // for ExtrapolatingSolver
+constexpr double kBears = 100;  // for NewtonSolver
 
 SurfaceSettings surfacesOf(const SceneDescription& scene, const CommonOptions& options) {
   SurfaceSettings settings;

@@ -4,7 +4,7 @@
 #include <BulletDynamics/ConstraintSolver/btConstraintSolver.h>
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
 #include <cloudcontact/bullet/diagnosis.h>
-#include <cloudcontact/bullet/extrapolating_solver.h>
+#include <cloudcontact/bullet/newton_solver.h>
 #include <cloudcontact/bullet/shape_report.h>
 
 #include <initializer_list>
@@ -185,13 +185,13 @@ void checkShapes(const btDynamicsWorld& world, std::vector<std::string>& advice)
 
 // Whether the solver takes what recommend() sets by itself, where clouds are.
 bool recommendsItself(const btConstraintSolver* solver) {
-  const auto* const own = dynamic_cast<const ExtrapolatingSolver*>(solver);
+  const auto* const own = dynamic_cast<const NewtonSolver*>(solver);
   return own && own->cloudsOnly;
 }
 
 bool sweepsAlone(const btConstraintSolver* solver) {
-  const auto* const own = dynamic_cast<const ExtrapolatingSolver*>(solver);
-  return !own || !own->extrapolates || own->mostSweeps == 0;
+  const auto* const own = dynamic_cast<const NewtonSolver*>(solver);
+  return !own || !own->newton || own->mostSweeps == 0;
 }
 
 void tell(std::initializer_list<Check> checks, std::vector<std::string>& advice) {
@@ -235,7 +235,7 @@ void checkNumbers(const btContactSolverInfo& info, const btConstraintSolver* sol
       {
           {sweepsAlone(solver) && info.m_numIterations < kFewestSweeps,
            "getSolverInfo().m_numIterations is below 4, fewer sweeps than a contact has points: "
-           "set it to 10, or build the world with ExtrapolatingSolver."},
+           "set it to 10, or build the world with NewtonSolver."},
           {!(info.m_leastSquaresResidualThreshold <= kMostResidual),
            "getSolverInfo().m_leastSquaresResidualThreshold is above 1e-4 (m/s)^2, so the solver "
            "stops before contacts bear their weight: set it to 0."},

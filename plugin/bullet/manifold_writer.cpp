@@ -36,6 +36,7 @@ btManifoldPoint commonOf(const PairSides& sides, bool rigid) {
   return point;
 }
 
+// What the solver knows of a point that lives on. Its friction turns with its directions.
 void copySolverData(const btManifoldPoint& from, btManifoldPoint& to) {
   to.m_appliedImpulse = from.m_appliedImpulse;
   to.m_appliedImpulseLateral1 = from.m_appliedImpulseLateral1;
@@ -43,6 +44,11 @@ void copySolverData(const btManifoldPoint& from, btManifoldPoint& to) {
   to.m_prevRHS = from.m_prevRHS;
   to.m_userPersistentData = from.m_userPersistentData;
   to.m_lifeTime = from.m_lifeTime + 1;
+  if (from.m_lateralFrictionDir1 == to.m_lateralFrictionDir1) return;
+  const btVector3 friction = from.m_lateralFrictionDir1 * from.m_appliedImpulseLateral1 +
+                             from.m_lateralFrictionDir2 * from.m_appliedImpulseLateral2;
+  to.m_appliedImpulseLateral1 = friction.dot(to.m_lateralFrictionDir1);
+  to.m_appliedImpulseLateral2 = friction.dot(to.m_lateralFrictionDir2);
 }
 
 // Of a swept pair: where a place of its body at the touch is while the body is still where it is
@@ -176,12 +182,10 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
   const btManifoldPoint* before[MANIFOLD_CACHE_SIZE] = {};
   Vec3 slips[MANIFOLD_CACHE_SIZE];
   PatchLoad load;
-  PatchAnchor anchor(settings.slidingSpeed);
   for (int i = 0; i < count; ++i) {
     before[i] = ancestorOf(static_cast<int>(sources[i].id));
     slips[i] = slipOf(sources[i], sides.motionA, sides.motionB);
     load.add(sources[i].position, before[i]);
-    anchor.add(sources[i].position, slips[i], before[i]);
   }
   const Vec3 pull =
       gravityOf(*sides.wrapA->getCollisionObject()) - gravityOf(*sides.wrapB->getCollisionObject());
@@ -189,7 +193,6 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     return StepPoint{source, sides, settings, pull}.touches();
   });
   load.sum(sides.mass / static_cast<double>(contact.points.size()));
-  anchor.fit();
   manifold.setNumContacts(count);
   for (int i = 0; i < count; ++i) {
     btManifoldPoint& point = manifold.getContactPoint(i);
@@ -199,12 +202,16 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     point.m_partId0 = static_cast<int>(sources[i].id);
     point.m_partId1 = sources[i].patch;
     setFrictionDirections(sources[i].position, slips[i], load, before[i], point);
-    if (!load.slides()) anchor.set(sources[i].position, point);
     if (before[i]) copySolverData(*before[i], point);
     const double restitution = announced(manifold, sides, before[i] != nullptr, settings, point);
     adjust({sources[i], sides, settings, pull, bounces ? settings.together : 0, i == 0, before[i],
             restitution},
            point);
+    Vec3 stretch = Vec3::Zero();
+    if (before[i])
+      stretch = FrictionSpring::of(*before[i], sides.mass, settings.step)
+                    .stretched(*before[i], slips[i], settings.step);
+    FrictionSpring::of(point, sides.mass, settings.step).write(stretch, sides.mass, point);
   }
 }
 

@@ -16,9 +16,6 @@ namespace cloudcontact {
 
 namespace {
 
-// [voxels per step] Slower sliding is indistinguishable from the solver's residue at rest.
-constexpr double kSlidingVoxelsPerStep = 1e-3;
-
 // Pairs that move by more in a step are also looked up beside their contact. Without,
 // `peg_in_hole.sdf` is thrown out of its hole at 120 Hz, and is 0.8 mm deep in it at 240 Hz.
 constexpr double kBesideVoxels = 1;
@@ -264,7 +261,6 @@ void PairState::write(PairStep& step, const PairSides& sides) {
     return writer.write(sides, leaving.contact(), how);
   }
   if (hasThreshold(*sides.wrapA) || hasThreshold(*sides.wrapB)) how.stopsFrom = query.voxel;
-  if (step.seconds > 0) how.slidingSpeed = kSlidingVoxelsPerStep * query.voxel / step.seconds;
   if (law.remembering)
     how.shared = memory.row(*law.remembering, sides, contact, writer.manifolds(), step.ahead());
   writer.write(sides, contact, how);

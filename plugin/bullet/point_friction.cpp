@@ -1,5 +1,8 @@
-// Friction rows along their load, and the memory of standing points.
+// Friction rows along their load, and how far their springs are stretched.
 #include "bullet/point_friction.h"
+
+#include <algorithm>
+#include <cmath>
 
 #include "bullet/convert.h"
 
@@ -13,11 +16,6 @@ constexpr double kNearLimit = 0.5;
 
 // Fraction of the Coulomb limit above which a patch slides.
 constexpr double kSliding = 0.99;
-
-// Fraction of a standing point's slip that friction takes back each step, and the most slip that it
-// keeps, in steps at the sliding speed.
-constexpr double kAnchor = 0.2;
-constexpr double kAnchorSteps = 10;
 
 }  // namespace
 
@@ -66,10 +64,6 @@ Vec3 PatchLoad::at(const Vec3& position, const Vec3& slip) const {
   return load.norm() > kNearLimit * limit_ ? load : Vec3::Zero();
 }
 
-bool PatchLoad::slides() const {
-  return held_.mean().norm() > kSliding * limit_;
-}
-
 void setFrictionDirections(const Vec3& position, const Vec3& slip, const PatchLoad& load,
                            const btManifoldPoint* before, btManifoldPoint& point) {
   Vec3 wanted = load.at(position, slip);
@@ -85,20 +79,36 @@ void setFrictionDirections(const Vec3& position, const Vec3& slip, const PatchLo
   point.m_lateralFrictionDir2 = point.m_lateralFrictionDir1.cross(normal);
 }
 
-void PatchAnchor::add(const Vec3& position, const Vec3& slip, const btManifoldPoint* before) {
-  if (!before || slip.norm() > slidingSpeed_) return;
-  Vec3 back = -(toVec3(before->m_lateralFrictionDir1) * before->m_contactMotion1 +
-                toVec3(before->m_lateralFrictionDir2) * before->m_contactMotion2) +
-              kAnchor * slip;
-  const double most = kAnchor * kAnchorSteps * slidingSpeed_;
-  if (back.norm() > most) back *= most / back.norm();
-  back_.add(position, back);
+FrictionSpring FrictionSpring::of(const btManifoldPoint& point, double mass, double step) {
+  if (!(point.m_contactPointFlags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING)) return {};
+  const double stiffness = point.m_combinedContactStiffness1;
+  const double damping = std::max(0.0, double(point.m_combinedContactDamping1));
+  if (!(stiffness > 0) || !(step > 0)) return {};
+  const double grip = step * stiffness + damping;
+  return {kTangent * std::max(step * grip, mass), stiffness / grip};
 }
 
-void PatchAnchor::set(const Vec3& position, btManifoldPoint& point) const {
-  const Vec3 back = back_.at(position);
-  point.m_contactMotion1 = static_cast<btScalar>(-back.dot(toVec3(point.m_lateralFrictionDir1)));
-  point.m_contactMotion2 = static_cast<btScalar>(-back.dot(toVec3(point.m_lateralFrictionDir2)));
+Vec3 FrictionSpring::stretched(const btManifoldPoint& point, const Vec3& slip, double step) const {
+  Vec3 stretch = Vec3::Zero();
+  if (!(weight > 0)) return stretch;
+  const double limit = point.m_combinedFriction * point.m_appliedImpulse;
+  const auto add = [&](const btVector3& direction, double target, double impulse) {
+    const Vec3 along = toVec3(direction);
+    const bool holds = std::abs(impulse) < kSliding * limit;
+    const double rate = holds ? slip.dot(along) : target - impulse / weight;
+    stretch += (step * rate - target / back) * along;
+  };
+  add(point.m_lateralFrictionDir1, point.m_contactMotion1, point.m_appliedImpulseLateral1);
+  add(point.m_lateralFrictionDir2, point.m_contactMotion2, point.m_appliedImpulseLateral2);
+  return stretch;
+}
+
+void FrictionSpring::write(const Vec3& stretch, double mass, btManifoldPoint& point) const {
+  if (!(weight > 0)) return;
+  const Vec3 target = -back * stretch;
+  point.m_contactMotion1 = static_cast<btScalar>(target.dot(toVec3(point.m_lateralFrictionDir1)));
+  point.m_contactMotion2 = static_cast<btScalar>(target.dot(toVec3(point.m_lateralFrictionDir2)));
+  point.m_frictionCFM = static_cast<btScalar>(mass / weight);
 }
 
 }  // namespace cloudcontact

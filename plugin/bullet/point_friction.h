@@ -1,4 +1,4 @@
-// Directions of a point's friction rows, and anchors of standing points.
+// Directions of a point's friction rows, and the springs that hold it.
 //
 // Bullet clamps a point's two friction rows separately, to a square whose corners reach beyond
 // Coulomb's circle. Square and circle agree if the first row is along the friction force, so its
@@ -41,8 +41,6 @@ class PatchLoad {
   // The direction in which A would move over B without friction; zero if friction is far from its
   // limit, so that its rows need not turn.
   Vec3 at(const Vec3& position, const Vec3& slip) const;
-  // Whether friction was at its limit.
-  bool slides() const;
 
  private:
   int count_ = 0;
@@ -54,25 +52,28 @@ class PatchLoad {
 void setFrictionDirections(const Vec3& position, const Vec3& slip, const PatchLoad& load,
                            const btManifoldPoint* before, btManifoldPoint& point);
 
-// Moves the standing points of a patch, slower than `slidingSpeed` [m/s], back to their places.
-// Without it the residue of the solver's iterations is a creep that never stops. The slip of all
-// steps is summed up in m_contactMotion1/2, the rows' target velocities, which take a share of it
-// back each step. The targets of all points are one rigid motion: where rows ask for different
-// ones, no sweep fulfils them, impulses grow against each other, and a tower of ten falls.
-// Not for a sliding patch: a sum that grows while friction is at its limit would pull the body back
-// later.
-class PatchAnchor {
- public:
-  explicit PatchAnchor(double slidingSpeed) : slidingSpeed_(slidingSpeed) {}
-  // Adds a point, with last step's point unless it is new.
-  void add(const Vec3& position, const Vec3& slip, const btManifoldPoint* before);
-  void fit() { back_.fit(); }  // call after the last add()
-  // Sets the targets of a point whose friction directions are set.
-  void set(const Vec3& position, btManifoldPoint& point) const;
+// The spring and dashpot that hold a point along its surface, in series with a slider that gives
+// way at Coulomb's limit (Cundall and Strack 1979). A step gives them backward in time, as Bullet's
+// row of the weight step (step k + c). Rigid rows in their place have no solution, as a patch's
+// points hold more than its bodies have motions, and what they leave is a creep.
+struct FrictionSpring {
+  double weight = 0;  // [kg] 0: none
+  double back = 0;    // [1/s] of its stretch, the speed at which it would be no force
 
- private:
-  double slidingSpeed_;
-  RigidVectors back_;
+  // Of a written point between bodies of this mass (PairSides::mass) [kg]: as its normal's spring,
+  // but kTangent times as stiff as that or as the bodies' mass, whichever is more. What a body
+  // slides before its friction is whole is then a tenth of friction times depth or what it falls in
+  // a step. With the normal's own stiffness, a block on a slope of just its friction runs ahead by
+  // 0.05 m.
+  static constexpr double kTangent = 10;
+  static FrictionSpring of(const btManifoldPoint& point, double mass, double step);
+
+  // How far a point is stretched [m] that was stretched as it says, by the slip since [m/s] or, at
+  // Coulomb's limit, by the friction that it had.
+  Vec3 stretched(const btManifoldPoint& point, const Vec3& slip, double step) const;
+  // Sets a point's target velocities, in which it keeps how far it is stretched, and the softness
+  // for Bullet's own solver.
+  void write(const Vec3& stretch, double mass, btManifoldPoint& point) const;
 };
 
 }  // namespace cloudcontact

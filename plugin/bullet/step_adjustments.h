@@ -20,9 +20,8 @@ namespace cloudcontact {
 
 // Of a pair's step.
 struct WriteSettings {
-  bool rigid = false;       // no spring: bare contact rows
-  double slidingSpeed = 0;  // [m/s] slower points stand and keep their place
-  double step = 0;          // [s]
+  bool rigid = false;  // no spring: bare contact rows
+  double step = 0;     // [s]
   // The points' stiffnesses are their shares of this spring. Empty: they are in [N/m].
   std::optional<AutomaticSpring> automatic;
   // Or their shares of this row (PairMemory).

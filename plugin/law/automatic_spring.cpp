@@ -12,7 +12,7 @@
 //   buckling.
 //
 // What the step allows is stepLimited() for Bullet's own solver, whose ten sweeps do not carry
-// more. A solver that goes on until its rows agree (ExtrapolatingSolver) carries `bears` times as
+// more. A solver that goes on until its rows agree (NewtonSolver) carries `bears` times as
 // much, and needs it at long steps: at 60 Hz the limit of a brick's own mass is softer than its
 // weight's sag asks for, so that towers sink by a third of a voxel a joint, and buckle at 120 Hz.
 //

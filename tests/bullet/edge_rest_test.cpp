@@ -1,6 +1,6 @@
 // A cube that lies across the edges of two blocks, turned a little, comes to rest where it touches.
 // Samples beyond its own bottom edges must not lift it (tests/contact/edge_sides_test.cpp).
-#include <cloudcontact/bullet/extrapolating_solver.h>
+#include <cloudcontact/bullet/newton_solver.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ Rest restOn(double degrees, double gap) {
   CloudContactSettings settings;
   settings.law = KelvinVoigt{kStiffness, 2 * std::sqrt(kStiffness * kMass)};
   BulletWorld scene(settings);
-  ExtrapolatingSolver sweeps;
+  NewtonSolver sweeps;
   scene.world.setConstraintSolver(&sweeps);
   const double apart = 0.5 + gap / 2;
   for (const double x : {-apart, apart}) scene.addCloud(field, 0, at({btScalar(x), 0, 0}));

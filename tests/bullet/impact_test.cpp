@@ -2,7 +2,7 @@
 // the time of a series of bounces, and that what rests or states a damping does not bounce.
 #include "bullet/step_adjustments.h"
 
-#include <cloudcontact/bullet/extrapolating_solver.h>
+#include <cloudcontact/bullet/newton_solver.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -84,7 +84,7 @@ TEST(Impact, FlatFacesTurnNothing) {
       for (const double e : {0.0, 0.5, 1.0}) {
         SCOPED_TRACE(std::to_string(rate) + " Hz, e = " + std::to_string(e));
         BulletWorld scene;
-        ExtrapolatingSolver sweeps;
+        NewtonSolver sweeps;
         scene.world.setConstraintSolver(&sweeps);
         scene.world.setGravity({0, 0, 0});
         btRigidBody& a = scene.addCloud(cube, kMassA, at({0, 0, 0}));

@@ -118,7 +118,7 @@ double heightWithOwnSolver(const cloudcontact::Mesh& mesh) {
   contact.attach(dispatcher);
   btDbvtBroadphase broadphase;
   // spared begins
-  cloudcontact::ExtrapolatingSolver solver;
+  cloudcontact::NewtonSolver solver;
   solver.cloudsOnly = true;  // and no recommendedSettings()
   btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
   // spared ends

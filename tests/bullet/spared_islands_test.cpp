@@ -1,7 +1,7 @@
-// ExtrapolatingSolver::cloudsOnly: Bullet's own shapes move as in a world without clouds and
+// NewtonSolver::cloudsOnly: Bullet's own shapes move as in a world without clouds and
 // settings of ours, to the bit, and clouds as with recommendedSettings().
 #include <cloudcontact/bullet/diagnosis.h>
-#include <cloudcontact/bullet/extrapolating_solver.h>
+#include <cloudcontact/bullet/newton_solver.h>
 #include <gtest/gtest.h>
 
 // First: Bullet's soft bodies declare a global named seed.
@@ -56,7 +56,7 @@ class MixedWorld {
     return hash.value();
   }
   btDiscreteDynamicsWorld& world() { return world_; }
-  ExtrapolatingSolver& sweeps() { return sweeps_; }
+  NewtonSolver& sweeps() { return sweeps_; }
 
  private:
   btRigidBody& add(std::unique_ptr<btCollisionShape> shape, double mass, const btTransform& place) {
@@ -103,7 +103,7 @@ class MixedWorld {
   btCollisionDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;
   btSequentialImpulseConstraintSolver bullets_;
-  ExtrapolatingSolver sweeps_;
+  NewtonSolver sweeps_;
   btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &bullets_, &configuration_};
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
@@ -113,7 +113,7 @@ class MixedWorld {
 
 std::vector<std::uint64_t> hashes(Solved how, bool clouds, bool ofClouds) {
   MixedWorld mixed(how, clouds);
-  mixed.sweeps().extrapolates = !ofClouds;  // recommendedSettings() alone does not
+  mixed.sweeps().newton = !ofClouds;  // recommendedSettings() alone does not
   std::vector<std::uint64_t> all;
   for (int i = 0; i < kSteps; ++i) {
     mixed.step();

@@ -1,7 +1,7 @@
 // Contacts of a pair that turns while it slides do not depend on the step: a spike of a ton falls
 // over on another's tip, and slides down it with its flank. With long steps it was 0.8 voxel deep
 // in it, with short ones 0.5, since no row sees how a turning flank closes on the tip.
-#include <cloudcontact/bullet/extrapolating_solver.h>
+#include <cloudcontact/bullet/newton_solver.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -43,7 +43,7 @@ double deepest(double step, double aside) {
   const double k = kMass * 9.81 / 0.005;  // sags by a tenth of a voxel
   settings.law = KelvinVoigt{k, 2 * std::sqrt(k * kMass)};
   BulletWorld scene(settings);
-  ExtrapolatingSolver sweeps;
+  NewtonSolver sweeps;
   scene.world.setConstraintSolver(&sweeps);
   btRigidBody& below = scene.addCloud(field, 0, at({0, 0, 0}));
   const btQuaternion over(btVector3(1, 0, 0), SIMD_PI);

@@ -164,8 +164,13 @@ TEST(Live, AnySpeedIsShownAndTheKeysLeadBackToTheList) {
   EXPECT_EQ(page.complaints(), std::vector<std::string>());
 }
 
+// Beside a tall post, so that the view shows room enough for the brick to hang free: lower, it
+// leans with an edge on the table and stays so.
 TEST(Live, ABodyIsDraggedAndFallsBack) {
-  LiveRun run(brick(0.0101), voxels(0.002));
+  LiveRun run(
+      tableWith({bodyWith("brick", kBrick, Vec3(0, 0, 0.0101), 0.2),
+                 bodyWith("post", SceneBox{Vec3(0.01, 0.01, 0.12)}, Vec3(-0.06, 0, 0.06), 0)}),
+      voxels(0.002));
   LivePage page(run.url);
   const Vec3 before = page.position(1);
   const Eigen::Vector2d from = page.inWindow(1), to = from + Eigen::Vector2d(60, -160);

@@ -4,7 +4,7 @@
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorldMt.h>
 #include <cloudcontact/bullet/cloud_contact.h>
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/bullet/extrapolating_solver.h>
+#include <cloudcontact/bullet/newton_solver.h>
 #include <cloudcontact/bullet/ordered_dispatcher.h>
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ class ThreadedWorld {
   explicit ThreadedWorld(bool threaded) : dispatcher_(make(threaded)) {
     clouds_.attach(*dispatcher_);
     std::vector<btConstraintSolver*> all;  // the pool frees them
-    for (int i = 0; i < 4; ++i) all.push_back(new ExtrapolatingSolver);
+    for (int i = 0; i < 4; ++i) all.push_back(new NewtonSolver);
     pool_ = std::make_unique<btConstraintSolverPoolMt>(all.data(), int(all.size()));
     world_ = std::make_unique<btDiscreteDynamicsWorldMt>(dispatcher_.get(), &broadphase_,
                                                          pool_.get(), nullptr, &configuration_);

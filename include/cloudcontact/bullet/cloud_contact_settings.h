@@ -22,7 +22,7 @@ struct CloudContactSettings {
   std::size_t samples = ContactSettings::kSamples;  // ContactSettings::samples of every pair
   // Upper limit of an automatic spring, in multiples of the stiffness that the step allows for the
   // pair's own mass: for light bodies that bear heavy ones, and for stacks at long steps. Use 1
-  // with Bullet's own solver and up to 100 with ExtrapolatingSolver. At least 1 and finite.
+  // with Bullet's own solver and up to 100 with NewtonSolver. At least 1 and finite.
   double bears = 1;
   bool lists = true;  // ContactSettings::verletLists of every pair
   // [voxels] A pair is searched again once a point of one body, where the two may touch, has moved

@@ -20,7 +20,7 @@ namespace cloudcontact {
 std::vector<std::string> diagnose(const btDynamicsWorld& world);
 
 // Sets all settings that diagnose() checks, except the type of the solver. They hold for all pairs
-// of the world, also those of Bullet's own shapes; with ExtrapolatingSolver::cloudsOnly nothing
+// of the world, also those of Bullet's own shapes; with NewtonSolver::cloudsOnly nothing
 // needs to be set, and nothing is.
 void recommendedSettings(btDynamicsWorld& world);
 

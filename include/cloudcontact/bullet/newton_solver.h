@@ -1,4 +1,4 @@
-// ExtrapolatingSolver: Bullet's sequential impulses, until they converge.
+// NewtonSolver: Bullet's rows, solved until they agree.
 #pragma once
 
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
@@ -10,21 +10,20 @@
 namespace cloudcontact {
 
 // Replaces btSequentialImpulseConstraintSolver, with the same settings and rows. Joints' soft rows
-// (m_cfm) converge, which those softer than their bodies do not in Bullet. After each sweep
-// but the last it extrapolates from the sweeps so far (Anderson 1965), which carries weight down a
-// stack, along a chain or through a light body in fewer sweeps. Sweeps go on until the rows agree:
-// ten of them leave stiff contacts apart, and a tower that rocks on what is left gains energy
+// (m_cfm) converge, which those softer than their bodies do not in Bullet. After a sweep the rows
+// of an island are solved together by Newton's method, and the next sweep tells whether they agree:
+// ten sweeps leave stiff contacts apart, and a tower that rocks on what is left gains energy
 // (docs/engine.md, "The solver"). One solver per world.
-class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
+class NewtonSolver : public btSequentialImpulseConstraintSolver {
  public:
-  ExtrapolatingSolver();
-  ~ExtrapolatingSolver() override;
+  NewtonSolver();
+  ~NewtonSolver() override;
 
-  bool extrapolates = true;  // false: Bullet's own sweeps, to the bit
+  bool newton = true;  // false: Bullet's own sweeps, to the bit
   // [m/s^2] An island is solved once a sweep changes no row's velocity by more than this in a
   // second: times the step, it is a speed. Finite and positive.
   double tolerance = 2e-3;
-  // Sweeps of an island and step beyond which it is left as it is; fewer where 20 sweeps get it no
+  // Sweeps of an island and step beyond which it is left as it is; fewer where 5 sweeps get it no
   // nearer. getSolverInfo().m_numIterations counts where it is more; with `mostSweeps` 0 it counts
   // alone, as in Bullet.
   int mostSweeps = 300;
@@ -34,8 +33,9 @@ class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
   // recommendedSettings() then leaves the world's settings alone.
   bool cloudsOnly = false;
 
-  // Sweeps of all islands and steps so far, and islands solved.
+  // Sweeps of all islands and steps so far, Newton's steps, and islands solved.
   std::size_t sweeps() const;
+  std::size_t steps() const;
   std::size_t islands() const;
 
   btScalar solveGroup(btCollisionObject** bodies, int bodyCount, btPersistentManifold** manifolds,
@@ -46,6 +46,8 @@ class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
  protected:
   void convertJoints(btTypedConstraint** constraints, int constraintCount,
                      const btContactSolverInfo& info) override;
+  void convertContacts(btPersistentManifold** manifolds, int manifoldCount,
+                       const btContactSolverInfo& info) override;
   btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int bodyCount,
                                 btPersistentManifold** manifolds, int manifoldCount,
                                 btTypedConstraint** constraints, int constraintCount,
@@ -59,9 +61,8 @@ class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
                  const btContactSolverInfo& info, btIDebugDraw* drawer, btDispatcher* dispatcher);
   template <typename Function>
   void forEachRow(Function f);
-  void begin();
-  void read(std::vector<double>& impulses);
   void moveTo(const std::vector<double>& impulses);
+  void add(btSolverConstraint& row, btScalar impulse);
 
   std::unique_ptr<State> state_;
 };

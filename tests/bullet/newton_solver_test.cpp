@@ -1,6 +1,6 @@
-// ExtrapolatingSolver against the solution of the rows, closed forms that Bullet's own sweeps miss,
-// and friction's limits.
-#include <cloudcontact/bullet/extrapolating_solver.h>
+// NewtonSolver against the solution of the rows, closed forms that Bullet's own sweeps miss,
+// friction's limits and its spring.
+#include <cloudcontact/bullet/newton_solver.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing::extrapolating_solver_test {
+namespace cloudcontact::testing::newton_solver_test {
 namespace {
 
 constexpr double kVoxel = 0.1, kGravity = 9.81, kStep = 1. / 60;
@@ -28,11 +28,11 @@ CloudContactSettings stated(double stiffness, double damping) {
 struct SolvedWorld : BulletWorld {
   explicit SolvedWorld(bool ours, const CloudContactSettings& settings = {})
       : BulletWorld(settings) {
-    sweeps.extrapolates = ours;
+    sweeps.newton = ours;
     world.setConstraintSolver(&sweeps);
   }
   ~SolvedWorld() { world.setConstraintSolver(&solver); }
-  ExtrapolatingSolver sweeps;
+  NewtonSolver sweeps;
 };
 
 // A ton on a kilogram, each spring 1e6 N/m: the largest error of the ton's height within a second,
@@ -53,7 +53,7 @@ double worstOff(bool ours) {
   return worst;
 }
 
-TEST(ExtrapolatingSolver, HoldsATonOnAKilogramWhereBulletsOwnSweepsSink) {
+TEST(NewtonSolver, HoldsATonOnAKilogramWhereBulletsOwnSweepsSink) {
   EXPECT_LT(worstOff(true), 0.2);
   EXPECT_GT(worstOff(false), 10);
 }
@@ -81,17 +81,15 @@ double farFrom(const std::vector<double>& solution, const std::vector<double>& f
   return std::sqrt(off / all);
 }
 
-// Relative error after 30 and 100 sweeps: Bullet's own 0.53 and 0.39, here 0.09 and 0.0003.
-TEST(ExtrapolatingSolver, FindsTheSameSolutionInFewerSweeps) {
+// Relative error after 30 and 100 of Bullet's own sweeps: 0.53 and 0.39.
+TEST(NewtonSolver, FindsInTwoSweepsWhatFiveThousandDo) {
   const auto solution = impulsesOf(false, 5000);
   ASSERT_GE(solution.size(), 24u);
-  EXPECT_LT(farFrom(solution, impulsesOf(true, 10)), farFrom(solution, impulsesOf(false, 10)));
-  EXPECT_LT(farFrom(solution, impulsesOf(true, 30)),
-            0.3 * farFrom(solution, impulsesOf(false, 30)));
-  EXPECT_LT(farFrom(solution, impulsesOf(true, 100)), 0.01);
+  EXPECT_GT(farFrom(solution, impulsesOf(false, 100)), 0.3);
+  EXPECT_LT(farFrom(solution, impulsesOf(true, 2)), 1e-3);
 }
 
-TEST(ExtrapolatingSolver, OneSweepOrNoneExtrapolatedIsBulletsToTheBit) {
+TEST(NewtonSolver, OneSweepIsBulletsToTheBit) {
   EXPECT_EQ(impulsesOf(true, 1), impulsesOf(false, 1));
   SolvedWorld plain(false, stated(1e7, 1e5));
   EXPECT_EQ(plain.sweeps.getSolverType(), BT_SEQUENTIAL_IMPULSE_SOLVER);
@@ -100,7 +98,7 @@ TEST(ExtrapolatingSolver, OneSweepOrNoneExtrapolatedIsBulletsToTheBit) {
 
 // Two bodies slide, light under heavy: no point pulls, no friction exceeds mu times its push, and
 // the heavy one decelerates by mu g.
-TEST(ExtrapolatingSolver, KeepsLimits) {
+TEST(NewtonSolver, KeepsLimits) {
   const double mu = 0.2, seconds = 20 * kStep;
   SolvedWorld scene(true, stated(1e6, 1e4));
   scene.addGround().setFriction(1);
@@ -123,8 +121,68 @@ TEST(ExtrapolatingSolver, KeepsLimits) {
   EXPECT_NEAR(upper.getLinearVelocity().x(), speed, 0.1 * speed);
 }
 
-TEST(ExtrapolatingSolver, TheSameWorldTwiceIsTheSameToTheBit) {
+TEST(NewtonSolver, TheSameWorldTwiceIsTheSameToTheBit) {
   EXPECT_EQ(impulsesOf(true, 10), impulsesOf(true, 10));
+}
+
+double mechanicalEnergy(const btRigidBody& body) {
+  const btVector3 turn =
+      body.getWorldTransform().getBasis().transpose() * body.getAngularVelocity();
+  return 0.5 * body.getLinearVelocity().length2() / body.getInvMass() +
+         0.5 * turn.dot(turn * body.getLocalInertia()) +
+         kGravity * body.getWorldTransform().getOrigin().z() / body.getInvMass();
+}
+
+// A load along a plane moves what stands on it by the load over the points' springs, ten times
+// their normals', for as long as it acts; then it is where it was. Rigid rows creep, as what one
+// step's sweeps leave is lost.
+TEST(NewtonSolver, FrictionIsASpringThatHoldsAndReturns) {
+  const double stiffness = 1e5, load = 2;
+  SolvedWorld scene(true, stated(stiffness, 100));
+  scene.addGround();
+  btRigidBody& cube = scene.addCloud(cubeField(), 1, at({0, 0, btScalar(0.5)}));
+  cube.setFriction(1);
+  const auto moved = [&](double force, double seconds) {
+    for (int i = 0; i < seconds / kStep; ++i) {
+      cube.applyForce({btScalar(force), 0, 0}, {0, 0, btScalar(-0.5)});  // no tilt
+      scene.step(kStep);
+    }
+    return double(cube.getWorldTransform().getOrigin().x());
+  };
+  const double start = moved(0, 1), held = load / (10 * stiffness);
+  EXPECT_NEAR(moved(load, 1) - start, held, 0.1 * held);
+  EXPECT_NEAR(moved(load, 20) - start, held, 0.1 * held);
+  EXPECT_NEAR(moved(0, 1) - start, 0, 0.1 * held);
+}
+
+// Boxes in a heap, on and between each other: rows of many patches and of rings of bodies agree
+// after two sweeps in the mean. With rigid rows of friction they hardly ever do.
+TEST(NewtonSolver, RowsOfAHeapAgree) {
+  static const auto field = fieldOf(boxMesh({0.11, 0.07, 0.05}), 4e-3);
+  CloudContactSettings settings;
+  settings.bears = 100;
+  SolvedWorld scene(true, settings);
+  scene.addGround().setFriction(btScalar(0.6));
+  std::vector<btRigidBody*> bodies;
+  for (int i = 0; i < 24; ++i) {
+    const double turn = 0.7 * i;
+    bodies.push_back(&scene.addCloud(
+        field, 1,
+        at({btScalar(0.05 * (i % 3)), btScalar(0.04 * (i % 2)), btScalar(0.1 + 0.15 * i)},
+           btQuaternion(btVector3(1, btScalar(0.3), btScalar(0.5)).normalized(), btScalar(turn)))));
+    bodies.back()->setFriction(btScalar(0.6));
+  }
+  const auto energy = [&] {
+    double sum = 0;
+    for (const btRigidBody* body : bodies) sum += mechanicalEnergy(*body);
+    return sum;
+  };
+  const double start = energy();
+  for (int i = 0; i < 480; ++i) {
+    scene.step(1. / 240);
+    EXPECT_LT(energy(), start * (1 + 1e-6));
+  }
+  EXPECT_LT(double(scene.sweeps.sweeps()) / double(scene.sweeps.islands()), 2.2);
 }
 
 // How a tower of bricks stands, turned by 0, 0.2 and 0.4 rad in turn, 4 mm voxels.
@@ -139,14 +197,6 @@ struct TowerSettings {
   double stiffness;  // [N/m] of each body; 0: automatic
   double rate;       // [Hz]
 };
-
-double mechanicalEnergy(const btRigidBody& body) {
-  const btVector3 turn =
-      body.getWorldTransform().getBasis().transpose() * body.getAngularVelocity();
-  return 0.5 * body.getLinearVelocity().length2() / body.getInvMass() +
-         0.5 * turn.dot(turn * body.getLocalInertia()) +
-         kGravity * body.getWorldTransform().getOrigin().z() / body.getInvMass();
-}
 
 Tower stand(const TowerSettings& how, double seconds) {
   static const auto field = fieldOf(boxMesh({0.11, 0.07, 0.05}), 4e-3);
@@ -186,20 +236,47 @@ Tower stand(const TowerSettings& how, double seconds) {
 
 // With ten sweeps 12 of these fall within half a second and gain 70 times their energy; with
 // anchors that pull every way 10 of them fall after six.
-TEST(ExtrapolatingSolver, TowersStandAndGainNothing) {
+TEST(NewtonSolver, TowersStandAndGainNothing) {
   for (const TowerSettings& how : {TowerSettings{10, 4e6, 120}, TowerSettings{12, 1e6, 60},
                                    TowerSettings{12, 4e6, 240}, TowerSettings{20, 4e6, 60}}) {
     const Tower tower = stand(how, 10);
     EXPECT_LT(tower.away, 0.1 * 4e-3) << how.bricks << ' ' << how.stiffness << ' ' << how.rate;
     EXPECT_LT(tower.sunk, 0.5 * 4e-3) << how.bricks << ' ' << how.stiffness << ' ' << how.rate;
     EXPECT_LT(tower.gained, 1e-4 * kGravity * 0.025 * how.bricks * how.bricks);
-    EXPECT_LT(tower.sweeps, 50) << how.bricks << ' ' << how.stiffness << ' ' << how.rate;
+    EXPECT_LT(tower.sweeps, 2.2) << how.bricks << ' ' << how.stiffness << ' ' << how.rate;
   }
+}
+
+// Cubes of 12 cm straight on each other: ten sweeps, and extrapolated ones, drop them.
+TEST(NewtonSolver, CratesStandInAnyStep) {
+  static const auto field = fieldOf(boxMesh({0.12, 0.12, 0.12}), 6e-3);
+  for (const double damping : {0., 600., 2000.})
+    for (const double rate : {60., 60.2, 59.5, 66.7, 120., 240.}) {
+      SolvedWorld scene(true, stated(5e5, damping / 2));
+      scene.addGround().setFriction(btScalar(0.5));
+      std::vector<btRigidBody*> bodies;
+      for (int i = 0; i < 8; ++i) {
+        bodies.push_back(&scene.addCloud(field, 1, at({0, 0, btScalar(0.06 + 0.12 * i)})));
+        bodies.back()->setFriction(btScalar(0.5));
+      }
+      double gained = 0, start = 0;
+      for (const btRigidBody* body : bodies) start += mechanicalEnergy(*body);
+      for (int i = 0; i < 2 * rate; ++i) {
+        scene.step(1 / rate);
+        double energy = -start;
+        for (const btRigidBody* body : bodies) energy += mechanicalEnergy(*body);
+        gained = std::max(gained, energy);
+      }
+      const btVector3 top = bodies.back()->getWorldTransform().getOrigin();
+      EXPECT_LT(gained, 1e-5 * start) << damping << ' ' << rate;
+      EXPECT_NEAR(top.z(), 0.9, 2e-3) << damping << ' ' << rate;
+      EXPECT_LT(std::hypot(top.x(), top.y()), 1e-3) << damping << ' ' << rate;
+    }
 }
 
 // The joints' sags add up: with a sag of 0.025 voxel under a brick's own weight 12 are a voxel
 // lower, and the pair's own mass as the limit drops them at 120 Hz.
-TEST(ExtrapolatingSolver, TowersOnAutomaticSpringsStandAsHigh) {
+TEST(NewtonSolver, TowersOnAutomaticSpringsStandAsHigh) {
   for (const TowerSettings& how :
        {TowerSettings{10, 0, 240}, TowerSettings{12, 0, 60}, TowerSettings{12, 0, 120}}) {
     const Tower tower = stand(how, 5);
@@ -211,7 +288,7 @@ TEST(ExtrapolatingSolver, TowersOnAutomaticSpringsStandAsHigh) {
 
 // A tower buckles where (N a)^3 > 7.84 (k w^2 / 12) a^2 / (m g), as columns do (docs/limits.md): on
 // pair springs of 5e4 N/m, w 0.07 m, beyond 8 bricks.
-TEST(ExtrapolatingSolver, TowersOnSoftSpringsBuckleAsColumnsDo) {
+TEST(NewtonSolver, TowersOnSoftSpringsBuckleAsColumnsDo) {
   EXPECT_LT(stand({6, 1e5, 60}, 5).away, 0.1 * 4e-3);
   EXPECT_GT(stand({12, 1e5, 60}, 5).away, 0.05);
 }
@@ -249,4 +326,4 @@ TEST(Bears, IsOneAtLeast) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing::extrapolating_solver_test
+}  // namespace cloudcontact::testing::newton_solver_test

@@ -1,0 +1,316 @@
+// Reading Bullet's rows, and Newton's steps.
+#include "bullet/newton_rows.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace cloudcontact {
+
+namespace {
+
+// The least softness, as a part of J M^-1 J^T. What it leaves of a row's error is about the same
+// part.
+constexpr double kSoftness = 1e-4;
+// Steps after which the impulses are left as they are. Sweeps tell whether they agree.
+constexpr int kMostSteps = 60;
+// A step of nearly its whole length has reached the least of its quadratic function.
+constexpr double kWhole = 0.99;
+// What a mean slope keeps from step to step, and what is none, as a part of the row's mass.
+constexpr double kFade = 0.25, kNoSlope = 1e-3;
+// The secant of Aitken's rule takes a change for the first of a series of so much in the mean.
+constexpr double kLeastRatio = -0.5, kMostRatio = 0.9;
+// The longest step, in whole ones.
+constexpr double kLongest = 2;
+
+double valueOf(const btSimdScalar& impulse) {
+  return static_cast<double>(btScalar(impulse));
+}
+
+}  // namespace
+
+// Numbers the bodies that move. Of the inverse inertia, a root is Cholesky's factor; axes about
+// which a body does not turn have none.
+void NewtonRows::number(const btAlignedObjectArray<btSolverBody>& bodies) {
+  moved_.assign(static_cast<std::size_t>(bodies.size()), {});
+  bodies_ = 0;
+  for (int i = 0; i < bodies.size(); ++i) {
+    const btRigidBody* const body = bodies[i].m_originalBody;
+    if (!body) continue;
+    const btMatrix3x3& inverse = body->getInvInertiaTensorWorld();
+    if (bodies[i].internalGetInvMass().isZero() &&
+        !(inverse[0][0] + inverse[1][1] + inverse[2][2] > 0))
+      continue;
+    Moved& moved = moved_[static_cast<std::size_t>(i)];
+    moved.number = bodies_++;
+    double root[3][3] = {};
+    for (int k = 0; k < 3; ++k)
+      for (int row = k; row < 3; ++row) {
+        double rest = inverse[row][k];
+        for (int j = 0; j < k; ++j) rest -= root[row][j] * root[k][j];
+        if (row > k)
+          root[row][k] = root[k][k] > 0 ? rest / root[k][k] : 0;
+        else
+          root[k][k] = rest > 1e-12 * double(inverse[k][k]) ? std::sqrt(rest) : 0;
+      }
+    const double lower[kSize] = {root[0][0], root[1][0], root[2][0],
+                                 root[1][1], root[2][1], root[2][2]};
+    std::copy(std::begin(lower), std::end(lower), moved.root);
+  }
+}
+
+// Returns whether it pushes anything.
+bool NewtonRows::readRow(const btSolverConstraint& from,
+                         const btAlignedObjectArray<btSolverBody>& bodies, Row& row) const {
+  const int ids[2] = {from.m_solverBodyIdA, from.m_solverBodyIdB};
+  for (int side = 0; side < 2; ++side) {
+    const Moved& moved = moved_[static_cast<std::size_t>(ids[side])];
+    row.body[side] = moved.number < 0 ? bodies_ : moved.number;
+    if (moved.number < 0) continue;
+    const btVector3& push = side ? from.m_contactNormal2 : from.m_contactNormal1;
+    const btVector3& turn = side ? from.m_relpos2CrossNormal : from.m_relpos1CrossNormal;
+    const btVector3& mass = bodies[ids[side]].internalGetInvMass();
+    const double t[3] = {double(turn[0]), double(turn[1]), double(turn[2])};
+    const double* const root = moved.root;
+    double* const of = row.of[side];
+    for (int k = 0; k < 3; ++k) of[k] = std::sqrt(double(mass[k])) * double(push[k]);
+    of[3] = root[0] * t[0] + root[1] * t[1] + root[2] * t[2];
+    of[4] = root[3] * t[1] + root[4] * t[2];
+    of[5] = root[5] * t[2];
+    for (int k = 0; k < kSize; ++k) row.inverse += of[k] * of[k];
+  }
+  if (row.body[0] > row.body[1]) {
+    std::swap(row.body[0], row.body[1]);
+    std::swap(row.of[0], row.of[1]);
+  }
+  const double scale = from.m_jacDiagABInv;
+  if (!(scale > 0) || !(row.inverse > 0)) return false;
+  const double soft = double(from.m_cfm) / scale, least = kSoftness * row.inverse;
+  row.soft = std::max(soft, least);
+  row.free = double(from.m_rhs) / scale + (row.soft - soft) * valueOf(from.m_appliedImpulse);
+  row.low = from.m_lowerLimit;
+  row.high = from.m_upperLimit;
+  return true;
+}
+
+// Friction's limits are those of the normal impulses that the rows have.
+void NewtonRows::read(const Pools& pools, const btAlignedObjectArray<btSolverBody>& bodies) {
+  rows_.clear();
+  impulses_.clear();
+  const int joints = pools.joints.size();
+  firstFriction_ = static_cast<std::size_t>(joints + pools.contacts.size());
+  for (const btConstraintArray* pool :
+       {&pools.joints, &pools.contacts, &pools.frictions, &pools.rolling})
+    for (int i = 0; i < pool->size(); ++i) {
+      const btSolverConstraint& from = (*pool)[i];
+      Row& row = rows_.emplace_back();
+      const bool pushes = readRow(from, bodies, row);
+      impulses_.push_back(valueOf(from.m_appliedImpulse));
+      if (rows_.size() <= firstFriction_) continue;
+      row.normal = joints + from.m_frictionIndex;
+      row.friction = pushes ? double(from.m_friction) : 0;
+      if (pool == &pools.rolling) row.most = from.m_friction;
+      const double normal = impulses_[static_cast<std::size_t>(row.normal)];
+      row.high = std::min(row.most, row.friction * std::max(0.0, normal));
+      row.low = -row.high;
+    }
+}
+
+// Rows of a pair mostly follow each other.
+void NewtonRows::findPairs() {
+  pairs_.clear();
+  const auto pairOf = [](const Row& row) { return BlockCholesky::Pair(row.body[0], row.body[1]); };
+  for (const Row& row : rows_)
+    if (row.body[0] != row.body[1] && row.body[1] < bodies_ &&
+        (pairs_.empty() || pairs_.back() != pairOf(row)))
+      pairs_.push_back(pairOf(row));
+  std::sort(pairs_.begin(), pairs_.end());
+  pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
+  for (Row& row : rows_)
+    if (row.body[0] != row.body[1] && row.body[1] < bodies_)
+      row.pair = static_cast<int>(std::lower_bound(pairs_.begin(), pairs_.end(), pairOf(row)) -
+                                  pairs_.begin());
+}
+
+// The change of velocities by the impulses that the rows have.
+void NewtonRows::begin() {
+  u_.assign(static_cast<std::size_t>(kSize * (bodies_ + 1)), 0);
+  for (std::size_t r = 0; r < rows_.size(); ++r)
+    for (int side = 0; side < 2; ++side)
+      for (int k = 0; k < kSize; ++k)
+        u_[static_cast<std::size_t>(kSize * rows_[r].body[side] + k)] +=
+            impulses_[r] * rows_[r].of[side][k];
+  std::fill(u_.end() - kSize, u_.end(), 0.0);
+  for (Row& row : rows_) {
+    row.apart = row.free;
+    for (int side = 0; side < 2; ++side)
+      for (int k = 0; k < kSize; ++k)
+        row.apart -= row.of[side][k] * u_[static_cast<std::size_t>(kSize * row.body[side] + k)];
+  }
+  matrix_.reset(bodies_, pairs_);
+}
+
+// Changes what a row adds to the matrix.
+void NewtonRows::weigh(Row& row, double weight) {
+  const double change = weight - row.weight;
+  row.weight = weight;
+  const auto add = [&](BlockCholesky::Block& block, const double* left, const double* right) {
+    for (int j = 0; j < kSize; ++j) {
+      const double by = change * right[j];
+      for (int i = 0; i < kSize; ++i)
+        block[static_cast<std::size_t>(kSize * j + i)] += by * left[i];
+    }
+  };
+  for (int side = 0; side < 2; ++side)
+    if (row.body[side] < bodies_) add(matrix_.diagonal(row.body[side]), row.of[side], row.of[side]);
+  if (row.pair < 0) {
+    if (row.body[0] != row.body[1] || row.body[0] >= bodies_) return;
+    add(matrix_.diagonal(row.body[0]), row.of[0], row.of[1]);
+    return add(matrix_.diagonal(row.body[0]), row.of[1], row.of[0]);
+  }
+  const auto [block, swapped] = matrix_.beside(static_cast<std::size_t>(row.pair));
+  add(block, row.of[swapped], row.of[!swapped]);
+}
+
+// Impulses at u, the matrix, and the function's gradient. Which rows are within their limits, the
+// impulses say or u does. Returns how many rows' weights changed.
+int NewtonRows::classify(bool byImpulses) {
+  gradient_ = u_;
+  int changed = 0;
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    Row& row = rows_[r];
+    const double impulse = row.apart / row.soft;
+    const double by = byImpulses ? impulses_[r] : impulse;
+    row.isWithin = by > row.low && by < row.high;
+    impulses_[r] = row.isWithin ? impulse : std::clamp(by, row.low, row.high);
+    const double weight = row.isWithin ? 1 / row.soft : row.slope;
+    if (weight != row.weight) {
+      weigh(row, weight);
+      ++changed;
+    }
+    if (impulses_[r] == 0) continue;
+    for (int side = 0; side < 2; ++side) {
+      double* const at = &gradient_[static_cast<std::size_t>(kSize * row.body[side])];
+      for (int k = 0; k < kSize; ++k) at[k] -= impulses_[r] * row.of[side][k];
+    }
+  }
+  return changed;
+}
+
+// Newton's step, and how far it moves each row. Returns the largest [m/s].
+double NewtonRows::measureStep() {
+  step_ = gradient_;
+  for (double& x : step_) x = -x;
+  std::fill(step_.end() - kSize, step_.end(), 0.0);
+  matrix_.solve(step_.data());
+  double most = 0;
+  for (Row& row : rows_) {
+    const double *a = &step_[static_cast<std::size_t>(kSize * row.body[0])],
+                 *b = &step_[static_cast<std::size_t>(kSize * row.body[1])];
+    double along = 0;
+    for (int k = 0; k < kSize; ++k) along += row.of[0][k] * a[k] + row.of[1][k] * b[k];
+    row.along = along;
+    most = std::max(most, std::abs(along));
+  }
+  return most;
+}
+
+// How much of the step goes to the function's least along it. The derivative rises in a straight
+// line from kink to kink, where rows come to a limit or leave it.
+double NewtonRows::lengthOfStep() {
+  double value = 0, slope = 0;
+  for (std::size_t i = 0; i + kSize < step_.size(); ++i) {
+    value += gradient_[i] * step_[i];
+    slope += step_[i] * step_[i];
+  }
+  kinks_.clear();
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    Row& row = rows_[r];
+    row.slope *= kFade;
+    if (row.slope * row.inverse < kNoSlope) row.slope = 0;
+    if (row.along == 0 || !(row.low < row.high)) continue;
+    const double rise = row.along * row.along / row.soft;
+    if (row.isWithin)
+      slope += rise;
+    else
+      row.slope = std::max(row.slope, (impulses_[r] - std::clamp((row.apart - row.along) / row.soft,
+                                                                 row.low, row.high)) /
+                                          row.along);
+    const double low = (row.apart - row.soft * row.low) / row.along,
+                 high = (row.apart - row.soft * row.high) / row.along;
+    const double first = std::min(low, high), last = std::max(low, high);
+    const bool comes = !row.isWithin && first > 0 && first < kLongest;
+    if (comes) kinks_.push_back({first, rise});
+    if ((row.isWithin || comes) && last > 0 && last < kLongest) kinks_.push_back({last, -rise});
+  }
+  std::sort(kinks_.begin(), kinks_.end());
+  double at = 0;
+  for (const Kink& kink : kinks_) {
+    const double next = value + slope * (kink.at - at);
+    if (next >= 0) break;
+    value = next;
+    at = kink.at;
+    slope += kink.slope;
+  }
+  return slope > 0 ? std::min(at - value / slope, kLongest) : 1;
+}
+
+void NewtonRows::move(double length) {
+  for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += length * step_[i];
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    Row& row = rows_[r];
+    row.apart -= length * row.along;
+    impulses_[r] = std::clamp(row.apart / row.soft, row.low, row.high);
+  }
+}
+
+// Sets friction's limits by the normal impulses. Returns by how much a row's speed was off [m/s].
+double NewtonRows::followNormals(Progress& progress) {
+  double off = 0, both = 0, square = 0;
+  for (std::size_t r = firstFriction_; r < rows_.size(); ++r) {
+    Row& row = rows_[r];
+    const double normal = impulses_[static_cast<std::size_t>(row.normal)];
+    const double high = std::min(row.most, row.friction * std::max(0.0, normal));
+    const double wants = high - row.high;
+    both += wants * row.wants * row.inverse;
+    square += row.wants * row.wants * row.inverse;
+    if (std::abs(impulses_[r]) >= std::min(high, row.high))
+      off = std::max(off, std::abs(wants) * row.inverse);
+    row.wants = wants;
+  }
+  const bool isSeries = progress.follows && progress.changed == 0 && square > 0;
+  const double part = isSeries ? 1 / (1 - std::clamp(both / square, kLeastRatio, kMostRatio)) : 1;
+  for (std::size_t r = firstFriction_; r < rows_.size(); ++r) {
+    Row& row = rows_[r];
+    row.high = std::max(0.0, row.high + part * row.wants);
+    row.low = -row.high;
+  }
+  progress = {0, !isSeries};
+  return off;
+}
+
+const std::vector<double>& NewtonRows::solve(const Pools& pools,
+                                             const btAlignedObjectArray<btSolverBody>& bodies,
+                                             double speed) {
+  number(bodies);
+  read(pools, bodies);
+  findPairs();
+  begin();
+  Progress progress;
+  bool isFactored = false;
+  for (int step = 0; step < kMostSteps; ++step) {
+    ++steps_;
+    const bool first = step == 0;
+    const int changed = classify(first);
+    progress.changed += changed;
+    if (changed > 0 || !isFactored) isFactored = matrix_.factor();
+    if (!isFactored) break;
+    const double most = measureStep(), length = first ? 1 : lengthOfStep();
+    move(length);
+    if (most > speed && length < kWhole) continue;
+    if (followNormals(progress) <= speed && most <= speed) break;
+  }
+  return impulses_;
+}
+
+}  // namespace cloudcontact

@@ -1,0 +1,103 @@
+// NewtonRows: the rows of an island, solved together.
+#pragma once
+
+#include <BulletDynamics/ConstraintSolver/btSolverBody.h>
+#include <BulletDynamics/ConstraintSolver/btSolverConstraint.h>
+
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "bullet/block_cholesky.h"
+
+namespace cloudcontact {
+
+// A row's impulse is the clamped (free speed - J u) / softness, with u the change of the bodies'
+// velocities that all rows make. For given limits the solution is where a convex function of u is
+// least, half the bodies' kinetic energy by u and the rows' own: quadratic while a row is within
+// its limits, straight beyond. Newton's method finds it in a few steps, whatever the masses and
+// stiffnesses, where sweeps need one for each body that weight passes through.
+//
+// - A step is solved directly (BlockCholesky), in velocities times the root of the mass.
+// - The first step takes the rows that the last sweep left within their limits, and goes its whole
+//   way: that alone is the solution where rows neither open nor slide.
+// - Along the others the function's least is found exactly, by going from kink to kink.
+// - A row that would pass its range within the step counts in the next ones with its mean slope
+// over
+//   this one, less and less. Without, steps stop at the first rows that turn about, one after
+//   another.
+// - Limits of friction follow the normal impulses each time that a step has reached its end, by the
+//   secant of the last two changes where no row came to a limit or left it (Aitken).
+// - Rows without a softness of their own get one around the impulse that they have.
+class NewtonRows {
+ public:
+  // Bullet's pools of an island.
+  struct Pools {
+    const btConstraintArray &joints, &contacts, &frictions, &rolling;
+  };
+
+  // Impulses of all rows, pool by pool, from those that they have. `speed` [m/s]: by how much they
+  // may miss. Valid until the next call.
+  const std::vector<double>& solve(const Pools& pools,
+                                   const btAlignedObjectArray<btSolverBody>& bodies, double speed);
+  std::size_t steps() const { return steps_; }  // of all calls
+
+ private:
+  static constexpr int kSize = BlockCholesky::kSize;
+  struct Row {
+    double of[2][kSize] = {};  // J times the root of the bodies' inverse masses
+    int body[2] = {};          // numbers of those that move, bodies_ for others
+    int pair = -1;             // of pairs_
+    int normal = -1;           // the row whose impulse limits it
+    double free = 0;           // [m/s]
+    double soft = 1;           // [1/kg]
+    double inverse = 0;        // J M^-1 J^T [1/kg]
+    double low = 0, high = 0;  // limits [N s]
+    double friction = 0, most = std::numeric_limits<double>::infinity();  // of `high`
+    double wants = 0;       // [N s] by how much `high` should change
+    double slope = 0;       // of the impulse over the last step, if it was at a limit [kg]
+    double weight = 0;      // in the matrix [kg]
+    double apart = 0;       // free - J u [m/s]
+    double along = 0;       // J times Newton's step [m/s]
+    bool isWithin = false;  // its limits
+  };
+  // How Newton's steps go on.
+  struct Progress {
+    int changed = 0;       // rows that came to a limit or left it since limits followed
+    bool follows = false;  // limits have followed before
+  };
+  struct Kink {
+    double at, slope;
+    bool operator<(const Kink& o) const { return at != o.at ? at < o.at : slope < o.slope; }
+  };
+
+  void number(const btAlignedObjectArray<btSolverBody>& bodies);
+  void read(const Pools& pools, const btAlignedObjectArray<btSolverBody>& bodies);
+  bool readRow(const btSolverConstraint& from, const btAlignedObjectArray<btSolverBody>& bodies,
+               Row& row) const;
+  void findPairs();
+  void begin();
+  int classify(bool byImpulses);
+  void weigh(Row& row, double weight);
+  double measureStep();
+  double lengthOfStep();
+  void move(double length);
+  double followNormals(Progress& progress);
+
+  std::vector<Row> rows_;
+  std::size_t firstFriction_ = 0;
+  int bodies_ = 0;
+  struct Moved {
+    int number = -1;
+    double root[kSize] = {};  // of the inverse inertia, by columns of its lower triangle
+  };
+  std::vector<Moved> moved_;  // by Bullet's numbers
+  std::vector<BlockCholesky::Pair> pairs_;
+  BlockCholesky matrix_;
+  std::vector<double> u_, gradient_, step_;  // of the bodies, with one that stands at the end
+  std::vector<double> impulses_;
+  std::vector<Kink> kinks_;
+  std::size_t steps_ = 0;
+};
+
+}  // namespace cloudcontact
