@@ -128,8 +128,8 @@ void NewtonSolver::convertJoints(btTypedConstraint** constraints, int constraint
 
 // Friction's rows have the softness of their springs, which Bullet takes to be the same part of the
 // mass in both directions, and begin with the impulses of the last step. Bullet 3.24 sets them up
-// without the torque that acts on the bodies in the step: what is pulled at its top was pushed on by
-// its friction.
+// without the torque that acts on the bodies in the step: what is pulled at its top was pushed on
+// by its friction.
 void NewtonSolver::convertContacts(btPersistentManifold** manifolds, int manifoldCount,
                                    const btContactSolverInfo& info) {
   btSequentialImpulseConstraintSolver::convertContacts(manifolds, manifoldCount, info);
