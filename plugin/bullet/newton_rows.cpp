@@ -1,6 +1,8 @@
 // Reading Bullet's rows, and Newton's steps.
 #include "bullet/newton_rows.h"
 
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
