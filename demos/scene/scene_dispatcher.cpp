@@ -91,7 +91,7 @@ btScalar TimedSolver::solveGroup(btCollisionObject** bodies, int bodyCount,
   const auto start = Clock::now();
   const btScalar result =
       NewtonSolver::solveGroup(bodies, bodyCount, manifolds, manifoldCount, constraints,
-                                      constraintCount, info, drawer, dispatcher);
+                               constraintCount, info, drawer, dispatcher);
   seconds_ += since(start);
   return result;
 }

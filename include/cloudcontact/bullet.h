@@ -9,8 +9,8 @@
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <cloudcontact/bullet/cuttable_body.h>
 #include <cloudcontact/bullet/diagnosis.h>
-#include <cloudcontact/bullet/newton_solver.h>
 #include <cloudcontact/bullet/fidelity.h>
+#include <cloudcontact/bullet/newton_solver.h>
 #include <cloudcontact/bullet/node_matter.h>
 #include <cloudcontact/bullet/ordered_dispatcher.h>
 #include <cloudcontact/bullet/query.h>
