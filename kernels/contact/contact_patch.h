@@ -31,9 +31,10 @@ typedef struct {
 #define CC_DEEPER 0.05
 #define CC_DEEPER_VOXELS 0.05
 
-// Sums over a pair's patches, its depth, and that depth's error.
+// Sums over a pair's patches, its depth, that depth's error, and how pointed it is.
 typedef struct {
   double force, area, shares, depth, error;
+  double pointed;  // b of the pair's area, 0 where each patch has its own spring
 } CcWhole;
 
 typedef struct {
@@ -55,8 +56,18 @@ typedef struct {
   double center[3], seen[3];  // center of the area and normal, in A's frame
   CcContactPoint points[4];
   int doubt;
-  float error;  // of the pair's depth [m]
+  float error;    // of the pair's depth [m]
+  float pointed;  // CcWhole::pointed
+  int unused;
 } CcContactPatch;
+
+// The pair's patches as a whole, but for the sum of their shares. `size`: of the patches' forces.
+CC_FN CcWhole ccWholeOf(const CcPairSums* sums, double size, double depth, double error,
+                        CC_GLOBAL const CcTerms* terms) {
+  CcWhole w = {size, sums->area, 0.0, terms->foundation ? 0.0 : depth, error, 0.0};
+  w.pointed = ccClamp64(ccPointedness(sums, w.depth), 0.0, CC_MOST_POINTED);
+  return w;
+}
 
 // Whether a patch counts. `all`: sum of the patches' forces. The foundation law is the gradient of
 // an energy and drops no force.
@@ -129,6 +140,8 @@ CC_FN void ccContactOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force,
   }
   out->doubt = ccDoubtOf(patch, pushes, confidence);
   out->error = (float)whole->error;
+  out->pointed = (float)whole->pointed;
+  out->unused = 0;
 }
 
 // The most depth of a point, over the pair's.

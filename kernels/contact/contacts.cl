@@ -21,17 +21,6 @@ uint ccPairSumsOf(__global const CcTerms* terms, __global const CcSums* patches,
   return counted;
 }
 
-// What belongs to the pair as a whole.
-CcWhole ccWholeOf(__global const CcTerms* terms, __global const CcSums* patches,
-                  __global const CcPatchForce* forces, __local const ushort* kept, uint counted,
-                  const CcPairSums* sums, const CcPairDepth* found, double edged, int level) {
-  CcWhole w = {sums->size, sums->area, 0.0, terms->foundation ? 0.0 : found->depth,
-               ccDepthError(sums, found, edged, level, 0, terms->voxel)};
-  for (uint i = 0; i < counted; ++i)
-    w.shares += ccShareOf(patches[kept[i]].area, forces[kept[i]].size, &w);
-  return w;
-}
-
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccForces(
     __global const CcPair* pairs, __global CcResults* results, __global const CcSums* patches,
     __global CcPatchForce* forces, __global CcWhole* wholes, __global CcListed* listed,
@@ -69,8 +58,13 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccForces(
   if (lid == 0) {
     const int gives = edge > depth.depth;
     if (gives) ccTakeEdge(&depth, edged, edge);
-    wholes[p] = ccWholeOf(terms, patches + first, forces + first, kept, count, &sums, &depth,
-                          gives ? edged : 0.0, level);
+    CcWhole whole = ccWholeOf(
+        &sums, sums.size, depth.depth,
+        ccDepthError(&sums, &depth, gives ? edged : 0.0, level, 0, terms->voxel), terms);
+    for (uint i = 0; i < count; ++i)
+      whole.shares +=
+          ccShareOf(patches[first + kept[i]].area, forces[first + kept[i]].size, &whole);
+    wholes[p] = whole;
     place = atomic_add(&results->counters[CC_CONTACTS], count);
     answers[p].firstPatch = place;
     answers[p].patches = count;

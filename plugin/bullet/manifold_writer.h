@@ -45,6 +45,7 @@ class ManifoldWriter {
   std::vector<btManifoldPoint> old_;      // last step's points, sorted by ID
   std::vector<char> inherited_;           // 1 for each of old_ that lives on
   std::optional<SpringTangent> tangent_;  // of WriteSettings::automatic, per unit of share
+  double growth_ = 1;                     // of the rows' forces, over their slopes
 };
 
 }  // namespace cloudcontact

@@ -270,6 +270,7 @@ void setHits(std::size_t hits, int level, ContactResult& found) {
 void ContactBuilder::add(const CcContactPatch& from, ContactResult& result) {
   ids_.add(vec(from.center), vec(from.seen));
   result.depthError = from.error;
+  result.pointed = from.pointed;
   Patch patch;
   patch.position = vec(from.position);
   patch.normal = vec(from.normal);
@@ -324,8 +325,8 @@ void ContactBuilder::build(const ContactBody& a, const ContactBody& b,
   if (a.tissues || b.tissues) setSprings(a, b, vectors && !terms.foundation);
   const double size = vectors ? redirect() : 0;
   emit(terms,
-       {size > 0 ? size : all.size, all.area, 0, terms.foundation ? 0 : found.depth,
-        found.error + kPerGap * terms.gap},
+       ccWholeOf(&all, size > 0 ? size : all.size, found.depth, found.error + kPerGap * terms.gap,
+                 &terms),
        size > 0, {&binner, &hits, cellOf(frame, outcome.level)}, memory.wet, result);
 }
 

@@ -57,10 +57,10 @@ bool ContactFinder::State::make(const ContactBody& a, const ContactBody& b,
     matter = memory.matter.of(a, b, frame, memory.search,
                               {hits, memory.binner, outcome.level, cell, outcome.gap});
   const std::size_t patchesBefore = found.patches.size();
-  const double error = found.depthError;
+  const double error = found.depthError, pointed = found.pointed;
   if (!beside) found.samples = outcome.gap > 0 ? 0 : outcome.hits, found.level = outcome.level;
   builder.build(a, b, settings, frame, outcome, memory, matter, found);
-  if (beside) found.depthError = error;  // that of the touches
+  if (beside) found.depthError = error, found.pointed = pointed;  // those of the touches
   return found.patches.size() > patchesBefore;
 }
 

@@ -30,6 +30,7 @@ inline void expectSame(const ContactResult& got, const ContactResult& want,
   EXPECT_EQ(got.samples, want.samples);
   EXPECT_EQ(got.level, want.level);
   same(got.depthError, want.depthError, "error of the depth");
+  same(got.pointed, want.pointed, "b of the pair");
   ASSERT_EQ(got.patches.size(), want.patches.size());
   ASSERT_EQ(got.points.size(), want.points.size());
   for (std::size_t i = 0; i < got.patches.size(); ++i) {

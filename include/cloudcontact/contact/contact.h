@@ -95,13 +95,17 @@ struct ContactResult {
   // [m] Of the pair's depth, by the sums over its hits. depthError() in depth_error.h is more: it
   // also looks for thin walls.
   double depthError = 0;
+  // How the area that is in contact falls off with depth (b in docs/force.md, "Depth of the pair"):
+  // 0 of faces, 1 of balls and edges, 2 of corners. As the bodies turn about each other,
+  // forces move between the points 1 + b times as fast as the points' slopes say.
+  double pointed = 0;
   // Memory that it holds.
   std::size_t bytesKept() const {
     return patches.capacity() * sizeof(Patch) + points.capacity() * sizeof(ContactPoint);
   }
   void clear() {
     level = 0;
-    depthError = 0;
+    depthError = pointed = 0;
     patches.clear();
     points.clear();
     samples = 0;
