@@ -11,6 +11,7 @@
 #include "bullet/convert.h"
 #include "bullet/object_motion.h"
 #include "bullet/point_friction.h"
+#include "bullet/point_law.h"
 #include "contact/first_touch.h"
 
 namespace cloudcontact {
@@ -81,90 +82,6 @@ void setGeometry(const ContactPoint& source, const PairSides& sides, btManifoldP
       sides.wrapB->getCollisionObject()->getWorldTransform().invXform(point.m_positionWorldOnB);
 }
 
-// The depth at which a point's share of k gives its force. The depth that it states is an overlap.
-double pressedDepth(const ContactPoint& p) {
-  return p.depth > 0 && p.slope > 0 ? p.stiffness / p.slope * p.depth : p.depth;
-}
-
-// The spring's tangent at the mean depth of the pair's points. One tangent for all of them: a deep
-// point's own would be steeper and would magnify the noise in the pressure's slope. The shares of
-// points that are not beside a touch add up to `whole`, whatever became of their depths.
-SpringTangent tangentOf(const AutomaticSpring& spring, const PairSides& sides,
-                        const ContactResult& contact, double step) {
-  double whole = 0, depth = 0, closing = 0;
-  for (const ContactPoint& p : contact.points) {
-    if (contact.patches[static_cast<std::size_t>(p.patch)].beside) continue;
-    const Vec3 meeting = sides.motionA.at(p.position) - sides.motionB.at(p.position);
-    whole += p.slope;
-    depth += p.slope * pressedDepth(p);
-    closing += p.slope * meeting.dot(p.normal);
-  }
-  SpringTangent tangent = spring.tangent(depth / whole, closing / whole, step);
-  tangent.slope /= whole;
-  tangent.damping /= whole;
-  return tangent;
-}
-
-// How fast the points' forces grow, over their slopes, in rows that turn the bodies about each
-// other.
-//
-// The law is one spring a pair, FR = k d, whose force is shared out by pressure. So it grows by k as
-// the bodies come nearer, but as they turn, it moves between pointed places by (1 + b) k: by twice
-// k between the balls that a body stands on, by three times k between its corners. A row has one
-// slope for both. With k alone, a stiff step turns a body back by 1 + b times what is too much: a
-// table on four tips rattles forever, and crates whose springs give less than their faces are
-// uneven fall. So rows grow by the mean of both, with which any step leaves at most half of either.
-//
-// What a ball stands on alone turns by no spring: its points are at one place. Those of a face are
-// spread as much as its area is.
-double growthOf(const ContactResult& contact) {
-  constexpr double kSquare = 1.0 / 6;  // mean square of places in a square from its middle, by area
-  if (!(contact.pointed > 0)) return 1;
-  double whole = 0, area = 0, square = 0;
-  Vec3 first = Vec3::Zero();
-  for (const ContactPoint& p : contact.points) {
-    const Patch& patch = contact.patches[static_cast<std::size_t>(p.patch)];
-    if (patch.beside) continue;
-    const Vec3 at = p.position - contact.points.front().position;
-    area += patch.area / patch.points;
-    whole += p.slope;
-    first += p.slope * at;
-    square += p.slope * at.squaredNorm();
-  }
-  if (!(whole > 0) || !(area > 0)) return 1;
-  const double spread = square / whole - (first / whole).squaredNorm();
-  return 1 + 0.5 * contact.pointed * std::clamp(spread / (kSquare * area), 0.0, 1.0);
-}
-
-// Bullet's row is k (depth + step v) + c v. A point's force is that of its share of k at the depth
-// at which it is pressed, and grows with that share; so at the depth that it states, its k is
-// another, and c takes the difference in growth.
-//
-// `growth`, as above, is of a point that stays: one that moves by its depth within the step meets
-// another place at its end. A nut that runs down its bolt would be held back, as its normals lean.
-void setLaw(const ContactPoint& source, const PairSides& sides,
-            const std::optional<SpringTangent>& tangent, double growth,
-            const WriteSettings& settings, btManifoldPoint& point) {
-  KelvinVoigt law{source.slope, source.damping};
-  const double pressed = pressedDepth(source);
-  if (tangent || settings.shared) {
-    const KelvinVoigt part = tangent ? tangent->row(pressed, settings.step) : *settings.shared;
-    law = {part.stiffness * source.slope, part.damping * source.slope};
-  }
-  if (source.depth > 0) {
-    const Vec3 moving = sides.motionA.at(source.position) - sides.motionB.at(source.position);
-    const double stays = std::max(0.0, 1 - settings.step * moving.norm() / source.depth);
-    law.damping += stays * (growth - 1) * settings.step * law.stiffness;
-  }
-  if (pressed != source.depth) {
-    const double stated = law.stiffness * (pressed / source.depth);
-    law.damping += settings.step * (law.stiffness - stated);
-    law.stiffness = stated;
-  }
-  point.m_combinedContactStiffness1 = static_cast<btScalar>(law.stiffness);
-  point.m_combinedContactDamping1 = static_cast<btScalar>(law.damping);
-}
-
 // After Bullet's callbacks for a point. What they change holds: friction, stiffness and damping in
 // the row, and the restitution that is returned. On top of a spring it would bounce twice
 // (step_adjustments.h).
@@ -216,7 +133,8 @@ const btManifoldPoint* ManifoldWriter::ancestorOf(int id) {
 
 void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides,
                           const ContactResult& contact, const Patch& patch,
-                          const btManifoldPoint& common, const WriteSettings& settings) {
+                          const btManifoldPoint& common, const PointLaw& law,
+                          const WriteSettings& settings) {
   const int count = std::min(patch.points, MANIFOLD_CACHE_SIZE);
   const ContactPoint* const sources = contact.points.data() + patch.firstPoint;
   const btManifoldPoint* before[MANIFOLD_CACHE_SIZE] = {};
@@ -238,7 +156,7 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     btManifoldPoint& point = manifold.getContactPoint(i);
     point = common;
     setGeometry(sources[i], sides, point);
-    if (!settings.rigid) setLaw(sources[i], sides, tangent_, growth_, settings, point);
+    if (!settings.rigid) law.write(sources[i], point);
     point.m_partId0 = static_cast<int>(sources[i].id);
     point.m_partId1 = sources[i].patch;
     setFrictionDirections(sources[i].position, slips[i], load, before[i], point);
@@ -292,10 +210,7 @@ void ManifoldWriter::write(const PairSides& sides, const ContactResult& contact,
   remember();
   const btManifoldPoint common = commonOf(sides, settings.rigid);
   const std::size_t patches = contact.patches.size();
-  tangent_.reset();
-  growth_ = growthOf(contact);
-  if (settings.automatic && !contact.points.empty())
-    tangent_ = tangentOf(*settings.automatic, sides, contact, settings.step);
+  const PointLaw law(contact, sides, settings);
   while (manifolds_.size() < patches)
     if (!addManifold(*sides.wrapA->getCollisionObject(), *sides.wrapB->getCollisionObject())) break;
   for (std::size_t i = 0; i < manifolds_.size(); ++i) {
@@ -303,7 +218,7 @@ void ManifoldWriter::write(const PairSides& sides, const ContactResult& contact,
     const bool touched = manifold.getNumContacts() > 0;
     const bool touches = i < patches && contact.patches[i].points > 0;
     if (touches)
-      fill(manifold, sides, contact, contact.patches[i], common, settings);
+      fill(manifold, sides, contact, contact.patches[i], common, law, settings);
     else
       manifold.setNumContacts(0);
     if (touches && !touched && gContactStartedCallback) {

@@ -7,6 +7,8 @@ class btDispatcher;
 
 namespace cloudcontact {
 
+class PointLaw;
+
 // The manifolds of one pair, kept from its first contact until the algorithm is deleted. Points are
 // rewritten every step. The solver's data of a point (impulses, friction directions, lifetime, user
 // data) follows its ID, whichever manifold held it.
@@ -37,15 +39,14 @@ class ManifoldWriter {
   void remember();
   const btManifoldPoint* ancestorOf(int id);  // last step's point, once; null for a new point
   void fill(btPersistentManifold& manifold, const PairSides& sides, const ContactResult& contact,
-            const Patch& patch, const btManifoldPoint& common, const WriteSettings& settings);
+            const Patch& patch, const btManifoldPoint& common, const PointLaw& law,
+            const WriteSettings& settings);
   void reportDestroyed();
 
   btDispatcher& dispatcher_;
   std::vector<btPersistentManifold*> manifolds_;
-  std::vector<btManifoldPoint> old_;      // last step's points, sorted by ID
-  std::vector<char> inherited_;           // 1 for each of old_ that lives on
-  std::optional<SpringTangent> tangent_;  // of WriteSettings::automatic, per unit of share
-  double growth_ = 1;                     // of the rows' forces, over their slopes
+  std::vector<btManifoldPoint> old_;  // last step's points, sorted by ID
+  std::vector<char> inherited_;       // 1 for each of old_ that lives on
 };
 
 }  // namespace cloudcontact
