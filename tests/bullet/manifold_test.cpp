@@ -189,7 +189,9 @@ TEST(Manifold, StiffnessIsSharedAndRestitutionIsZero) {
 }
 
 // Of a cube that is pressed in on one side, points state depths that differ less than their forces.
-// Yet all rows grow alike, by a quarter of the spring, as the pressed area does.
+// Yet all rows grow alike, by a quarter of the spring, as the pressed area does, and by what
+// turning asks of them: its area is 0.015 deep at one edge and 0.012 in the mean, so b is a
+// quarter.
 TEST(Manifold, RowsGrowByTheSpringWhateverDepthTheyState) {
   const double step = 1.0 / 240;
   for (const double damping : {0.0, 7.0}) {
@@ -202,9 +204,12 @@ TEST(Manifold, RowsGrowByTheSpringWhateverDepthTheyState) {
     scene.step(step);
     ASSERT_EQ(scene.points().size(), 4u);
     double least = 1e30, most = 0, force = 0, deepest = 0;
+    const double slope = step * 5000 / 4, pair = step * step * 5000;  // of 1 kg
+    const double turning = 0.5 * 0.25 * pair / (pair + 4);
     for (const btManifoldPoint& point : scene.points()) {
       const double k = point.m_combinedContactStiffness1, c = point.m_combinedContactDamping1;
-      EXPECT_NEAR(step * k + c, (step * 5000 + damping) / 4, 1e-4 * step * 5000);
+      EXPECT_GT(step * k + c, (1 - 4e-4) * slope + damping / 4);
+      EXPECT_LT(step * k + c, (1 + turning + 4e-4) * slope + damping / 4);
       least = std::min(least, k);
       most = std::max(most, k);
       deepest = std::max(deepest, double(-point.m_distance1));
