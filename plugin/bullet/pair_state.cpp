@@ -114,11 +114,10 @@ void PairState::keep(const PairStep& step) {
   moved.keep(query.a, query.b, query.settings, motion * query.voxel, query.voxel, step.contact);
 }
 
-double PairState::clearAfter(const PairStep& step, const PairSides& sides) const {
-  const bool clear = !step.touch && step.contact.samples == 0 && step.contact.patches.empty() &&
-                     !step.query.law.remembering && !levels.fades() &&
-                     !hasThreshold(*sides.wrapA) && !hasThreshold(*sides.wrapB);
-  return clear ? step.query.voxel : 0;
+bool PairState::clearAfter(const PairStep& step, const PairSides& sides) const {
+  return !step.touch && step.contact.samples == 0 && step.contact.patches.empty() &&
+         !step.query.law.remembering && !levels.fades() && !hasThreshold(*sides.wrapA) &&
+         !hasThreshold(*sides.wrapB);
 }
 
 // Bodies that touched in the last step have met their forces already: what rests costs nothing
@@ -311,6 +310,7 @@ void PairState::count(const PairStep& step, const PairSides& sides, double secon
   summary.level = contact.level;
   summary.tolerance = query.levels.tolerance;
   summary.work = finder.work();
+  summary.work.bricks += staying.compared();
   summary.bytes = bytesKept();
   summary.coarser += used.coarser;
   summary.eased += used.eased;
@@ -328,14 +328,14 @@ void PairState::count(const PairStep& step, const PairSides& sides, double secon
 void PairState::close(const PairStep& step, const PairSides& sides, double seconds) {
   count(step, sides, step.earlier + seconds);
   closeStep(step, sides);
-  clearVoxel = clearAfter(step, sides);
+  staying.keep(step.query, clearAfter(step, sides));
 }
 
 // The query that process() will make in this step if nothing changes until then.
 std::size_t PairState::prepare(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                                const btDispatcherInfo& info) {
   setStage(Stage::None);
-  if (!std::exchange(processed, false) || staysApart(a, b, info.m_timeStep)) return 0;
+  if (!std::exchange(processed, false) || staying.holds(a, b, info.m_timeStep)) return 0;
   openStep();
   now.seconds = info.m_timeStep;
   now.touch.reset();
@@ -400,8 +400,8 @@ void PairState::walk(const btCollisionObjectWrapper& a, const btCollisionObjectW
     if (*now.keepsAwake) keepAwake(narrowPhase, now.sides(a, b));
     return;
   }
-  if (staysApart(a, b, info.m_timeStep)) return;
-  openStep(), clearVoxel = 0;
+  if (staying.holds(a, b, info.m_timeStep)) return;
+  openStep(), staying.forget();
   PairQuery query = read(a, b, info.m_timeStep, true);
   if (query.wrong) narrowPhase.countFailure(query.wrong);
   now.touch = query.wrong ? std::nullopt : sweepOn(a, b, info, query);

@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <memory>
 
-#include "bullet/box_gap.h"
 #include "bullet/leaving.h"
 #include "bullet/level_switch.h"
 #include "bullet/look_ahead.h"
@@ -16,6 +15,7 @@
 #include "bullet/narrow_phase.h"
 #include "bullet/pair_step.h"
 #include "bullet/pair_sweep.h"
+#include "bullet/staying_apart.h"
 #include "contact/contact_builder.h"
 #include "contact/moved_contact.h"
 
@@ -111,14 +111,8 @@ struct PairState {
            moved.holds(query.a, query.b, query.settings.margin);
   }
   void keep(const PairStep& step);
-  // Whether the last step found nothing, and the bodies' boxes are too far from each other for this
-  // one to find more. Such a step changes nothing.
-  bool staysApart(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
-                  double step) const {
-    return clearVoxel > 0 && boxesStayApart(a, b, kClear * clearVoxel, step);
-  }
-  // The voxel if the next step may begin with staysApart().
-  double clearAfter(const PairStep& step, const PairSides& sides) const;
+  // Whether a step found nothing that the next one must take up.
+  bool clearAfter(const PairStep& step, const PairSides& sides) const;
   std::size_t bytesKept() const {
     return sizeof *this + finder.bytesKept() + moved.bytesKept() + writer.bytesKept() +
            now.contact.bytesKept();
@@ -147,13 +141,11 @@ struct PairState {
   bool touched = false;  // the last search in a step found a touch
   bool turned = false;   // the last step's contact is that at its end (turning.h)
   TurningPlace turns;    // then
-  // [m] The voxel if the last step that asked found nothing; 0: it did.
-  double clearVoxel = 0;
-  static constexpr double kClear = 1.1;  // voxels; a query asks for one, and boxes are rounded
-  bool processed = true;                 // processCollision() ran after the last prepare()
-  bool weighed = false;                  // the bodies' matter was checked
-  int slot = -1;                         // in CompoundChildren
-  int child[2] = {-1, -1};               // of compounds, in the last query
+  StayingApart staying;
+  bool processed = true;    // processCollision() ran after the last prepare()
+  bool weighed = false;     // the bodies' matter was checked
+  int slot = -1;            // in CompoundChildren
+  int child[2] = {-1, -1};  // of compounds, in the last query
 };
 
 }  // namespace cloudcontact

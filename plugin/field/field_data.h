@@ -45,6 +45,13 @@ struct LazyOwnedVoxels {
   std::shared_ptr<const OwnedVoxels> made;
 };
 
+// Balls around its samples (ballTree()).
+class BallTree;
+struct LazyBallTree {
+  std::once_flag once;
+  std::shared_ptr<const BallTree> made;
+};
+
 class FieldData {
  public:
   // `before`: holds what the band marks kAsBefore; null after a full build. `notes` may be null.
@@ -67,6 +74,7 @@ class FieldData {
   LazySurfaceTree& lazyTree() const { return *lazyTree_; }
   LazyClosedForm& lazyForm() const { return *lazyForm_; }
   LazyOwnedVoxels& lazyVoxels() const { return *lazyVoxels_; }
+  LazyBallTree& lazyBalls() const { return *lazyBalls_; }
   // Whether it was renewed after a cut.
   bool isRenewed() const { return renewed_; }
 
@@ -83,6 +91,7 @@ class FieldData {
   std::unique_ptr<LazySurfaceTree> lazyTree_ = std::make_unique<LazySurfaceTree>();
   std::unique_ptr<LazyClosedForm> lazyForm_ = std::make_unique<LazyClosedForm>();
   std::unique_ptr<LazyOwnedVoxels> lazyVoxels_ = std::make_unique<LazyOwnedVoxels>();
+  std::unique_ptr<LazyBallTree> lazyBalls_ = std::make_unique<LazyBallTree>();
   bool renewed_ = false;
 };
 
