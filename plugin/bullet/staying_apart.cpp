@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "bullet/box_gap.h"
 #include "bullet/convert.h"
 
 namespace cloudcontact {

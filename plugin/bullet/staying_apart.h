@@ -2,7 +2,6 @@
 // Most pairs of a heap whose boxes meet cannot, and cost no query.
 #pragma once
 
-#include "bullet/box_gap.h"
 #include "bullet/pair_query.h"
 #include "contact/kept_gap.h"
 
