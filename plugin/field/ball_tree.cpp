@@ -2,6 +2,7 @@
 #include "field/ball_tree.h"
 
 #include "field/field_data.h"
+#include "kernels/contact/search.h"
 
 #include <Eigen/Geometry>
 
@@ -12,8 +13,6 @@ namespace cloudcontact {
 namespace {
 
 static_assert(kLevels == 3, "a cell of the coarsest level holds samples of the middle one");
-
-constexpr float kToCorner = 0.71F;  // of a sample one voxel wide
 
 }  // namespace
 
@@ -32,7 +31,7 @@ BallTree::Ball BallTree::ballOf(const SampleSet& samples, const SampleRun& ofMid
   each([&](const Eigen::Vector3f& x, float) { box.extend(x); });
   Ball ball{box.center(), 0};
   each([&](const Eigen::Vector3f& x, float width) {
-    ball.radius = std::max(ball.radius, (x - ball.center).norm() + kToCorner * width);
+    ball.radius = std::max(ball.radius, (x - ball.center).norm() + CC_HALF_DIAGONAL * width);
   });
   return ball;
 }
