@@ -178,7 +178,6 @@ void pairRow(const Case& c) {
   const auto a = SurfaceField::build(c.work), b = SurfaceField::build(c.tool);
   ContactFinder finder;
   ContactSettings settings;
-  settings.verletLists = false;
   const double contact = timeOf([&] {
     ContactBody work, tool;
     work.field = a.get(), tool.field = b.get(), tool.pose = c.place;

@@ -67,11 +67,11 @@ struct Probed {
         probe(*a.shape, *b.shape, pose, Motion{}, method, law) {}
 };
 
-// `lists`: with Verlet lists (ContactSettings::verletLists), for bodies at rest.
+// `rests`: contacts are moved with the bodies (CloudContactSettings::reuseMotion).
 Timer probed(const program::BulletShape& a, const program::BulletShape& b, const Case& pair,
-             Method method, bool lists = false) {
+             Method method, bool rests = false) {
   CloudContactSettings law{KelvinVoigt{1e4, 0}};
-  law.lists = lists;
+  if (!rests) law.reuseMotion = 0;
   const auto made = std::make_shared<Probed>(a, b, pair.pose, method, law);
   const double jitter = kJitter * pair.voxel;
   return [=](int repeat) { return made->probe.microseconds(repeat, jitter); };

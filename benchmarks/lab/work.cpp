@@ -31,7 +31,7 @@ constexpr double kJitter = 1e-3;       // shares of the size, between them
 // A lookup reads seven numbers of a sample and an 8-byte record; a plane is a record, too. A hit is
 // written and read with 16 numbers.
 double bytesOf(const WorkCounts& work) {
-  return double(work.samples + work.listed) * 36 + double(work.planes) * 8 + double(work.hits) * 64;
+  return double(work.samples) * 36 + double(work.planes) * 8 + double(work.hits) * 64;
 }
 
 // Reads so many bytes as a lookup does: columns in order, records in nearly that order.

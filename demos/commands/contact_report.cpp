@@ -242,8 +242,7 @@ ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
   CloudContactSettings seam;
   seam.law = seamLaw(settings.law, query.common.tissues.given());
   seam.samples = settings.samples;
-  seam.lists = false;  // no cached results
-  seam.reuseMotion = 0;
+  seam.reuseMotion = 0;  // every call searches
   PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, query.common.method, seam);
   report.microseconds = probe.microseconds(query.repeat, 1e-3 * voxel);
   return report;

@@ -374,8 +374,8 @@ void addOptions(CLI::App& command, SimulateOptions& o) {
        [&o](const std::string& t) { o.speed = readNotNegative("--speed", t); });
   text(
       "--reuse",
-      "relative motion of a pair up to which its contact is moved instead of searched [voxels]; 0: "
-      "never (the default; 0.02 is fast)",
+      "relative motion of a pair up to which its contact is moved instead of searched [voxels] "
+      "(default 0.02); 0: never",
       "VOXELS", [&o](const std::string& t) { o.common.reuse = readNotNegative("--reuse", t); });
   command.add_flag("--explain", o.common.explain,
                    "what was modelled of each pair of clouds, what was left out, and its cost");

@@ -137,8 +137,8 @@ void printChoice(const Json& j, bool scene) {
   std::snprintf(options, sizeof options, "  --voxel %.4g --samples %zu",
                 j["chosen"]["voxel"].get<double>(), j["chosen"]["samples"].get<std::size_t>());
   std::cout << options;
-  if (scene && j["chosen"]["reuse"].get<double>() > 0)
-    std::cout << ", and --reuse up to " << j["chosen"]["reuse"].get<double>();
+  if (scene && j["chosen"]["reuse"].get<double>() < kMostReuse)
+    std::cout << " --reuse " << j["chosen"]["reuse"].get<double>();
   std::cout << '\n';
 }
 

@@ -95,7 +95,6 @@ Trial attemptPair(PairPlace& place, const TuneSetting& setting) {
   settings.law = place.law;
   settings.samples = setting.samples;
   settings.margin = setting.voxel;
-  settings.verletLists = false;
   trial.level = 2;
   for (const Pose& pose : place.poses) {
     const ContactBody a = place.at(false, {}), b = place.at(true, pose);

@@ -10,6 +10,7 @@
 #define CLOUDCONTACT_KERNELS_CONTACT_PATCH_H
 
 #include "kernels/contact/contact_error.h"
+#include "kernels/contact/patch_tangent.h"
 
 #define CC_LEAST_SHARE 0.003  // of the pair's force; lighter patches are dropped
 // No patch is deeper than this many times the pair's depth, such as a wall with a sliver of area.
@@ -55,6 +56,7 @@ typedef struct {
   double depth, stiffness, slope, damping, area, confidence;
   double center[3], seen[3];  // center of the area and normal, in A's frame
   CcContactPoint points[4];
+  CcPatchTangent tangent;
   int doubt;
   float error;    // of the pair's depth [m]
   float pointed;  // CcWhole::pointed
@@ -138,6 +140,9 @@ CC_FN void ccContactOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force,
     ccPut64(out->points[i].normal, ccTurned(&terms->frame, points[i].normal));
     out->points[i].depth = points[i].weight;
   }
+  out->tangent = ccTangentOf(patch, force, flat, plan, terms->gap > 0.0 ? 0.0 : depth);
+  ccPut64(out->tangent.t1, ccTurned(&terms->frame, flat->t1));
+  ccPut64(out->tangent.t2, ccTurned(&terms->frame, flat->t2));
   out->doubt = ccDoubtOf(patch, pushes, confidence);
   out->error = (float)whole->error;
   out->pointed = (float)whole->pointed;

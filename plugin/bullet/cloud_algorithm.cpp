@@ -42,7 +42,6 @@ const std::vector<btPersistentManifold*>& CloudAlgorithm::restore(ByteReader& re
                                                                   std::size_t manifolds) {
   PairState& own = *state_;
   own.keepIn(reader);
-  own.moved.drop();
   return own.writer.resize(manifolds, *own.summary.a, *own.summary.b);
 }
 

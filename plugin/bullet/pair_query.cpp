@@ -217,7 +217,6 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
     shapesLevels_.reset();
   else if (!shapesLevels_)
     shapesLevels_ = KeptLevels{query.levels, {query.lives[0], query.lives[1]}};
-  query.settings.verletLists = settings.lists;
   if (steps) {
     query.settings.margin = reachOf(query.a, query.b, query.voxel, step);
     query.pull[0] = accelerationOf(*a.getCollisionObject());

@@ -112,6 +112,9 @@ void PairState::keep(const PairStep& step) {
   if (!sameMatter(query, asked)) moved.drop();
   asked = query;
   moved.keep(query.a, query.b, query.settings, motion * query.voxel, query.voxel, step.contact);
+  // Searches that are beyond their tolerance ask for finer levels.
+  const double tolerance = query.levels.tolerance;
+  if (tolerance > 0 && levels.error() + moved.error(query.voxel) > tolerance) moved.drop();
 }
 
 bool PairState::clearAfter(const PairStep& step, const PairSides& sides) const {
@@ -205,6 +208,7 @@ void PairState::search(PairStep& step, const btCollisionObjectWrapper& a,
 
 void PairState::adjust(PairStep& step, const btCollisionObjectWrapper& a,
                        const btCollisionObjectWrapper& b) {
+  if (std::exchange(restored, false)) asked = step.query;
   if (step.how == Answer::Moved) return;
   if (step.how != Answer::Shapes) {
     const bool hasLevels = step.query.levels.tolerance > 0;
@@ -303,7 +307,7 @@ void PairState::count(const PairStep& step, const PairSides& sides, double secon
   double error = how == Answer::Shapes ? query.shapeError : depthError(query.a, query.b, contact);
   if (how != Answer::Shapes && !contact.patches.empty())
     error = std::max(error, query.levels.error);
-  if (how == Answer::Moved) error += narrowPhase.settings().reuseMotion * query.voxel;
+  if (how == Answer::Moved) error += moved.error(query.voxel);
   summary.error = error;
   summary.expectedError = std::max(summary.expectedError, error);
   summary.depth = depthOf(contact);

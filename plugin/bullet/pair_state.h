@@ -50,6 +50,8 @@ struct PairState {
     memory.keepIn(archive);
     archive(apart, touched, turned);
     turns.keepIn(archive);
+    moved.keepIn(archive);
+    if constexpr (Archive::kReads) restored = true;
   }
 
   // Bullet's call.
@@ -107,7 +109,7 @@ struct PairState {
   }
   void closeStep(const PairStep& step, const PairSides& sides);
   bool isKnown(const PairQuery& query) const {
-    return !query.byShapes && sameMatter(query, asked) &&
+    return !query.byShapes && (restored || sameMatter(query, asked)) &&
            moved.holds(query.a, query.b, query.settings.margin);
   }
   void keep(const PairStep& step);
@@ -132,6 +134,7 @@ struct PairState {
   PairReport summary;
   PairQuery asked;     // the last query that was searched in a step
   MovedContact moved;  // its contact, the one that is kept between steps
+  bool restored = false;  // `moved` is from a file: `asked` is not known before the next query
 
   PairStep now;              // the step
   std::uint64_t number = 0;  // the dispatcher's, of stageInStep

@@ -83,6 +83,21 @@ CcVec ccVecOf(const Vec3& v) {
   return ccVec(v.x(), v.y(), v.z());
 }
 
+Eigen::Matrix2d matrix(const CcMatrix2& m) {
+  return Eigen::Matrix2d{{m.uu, m.uv}, {m.vu, m.vv}};
+}
+
+PatchTangent tangentOf(const CcPatchTangent& from) {
+  return {{vec(from.t1), vec(from.t2)},
+          matrix({from.roll.uu, from.roll.uv, from.roll.uv, from.roll.vv}),
+          {from.aside.u, from.aside.v},
+          matrix(from.tilt),
+          matrix(from.bend),
+          matrix(from.lean),
+          from.trustA,
+          from.perDepth};
+}
+
 // The patch's force along its digital normal, through the same center of pressure, with the spin
 // of its base vectors.
 CcPatchForce directed(const CcPatchForce& force, const PatchMatter& matter, double size) {
@@ -283,6 +298,7 @@ void ContactBuilder::add(const CcContactPatch& from, ContactResult& result) {
   patch.beside = result.samples > 0 && from.depth < 0;
   patch.firstPoint = static_cast<int>(result.points.size());
   patch.points = 4;
+  patch.tangent = tangentOf(from.tangent);
   ContactPoint point;
   point.slope = 0.25 * from.slope;
   point.damping = 0.25 * from.damping;

@@ -4,7 +4,6 @@
 #include "contact/border_hits.h"
 #include "contact/contact_builder.h"
 #include "contact/query_memory.h"
-#include "contact/verlet_lists.h"
 
 #include <algorithm>
 #include <utility>
@@ -31,7 +30,6 @@ WorkCounts ContactWorkspace::work() const {
 struct ContactFinder::State {
   std::shared_ptr<ContactWorkspace> workspace;
   ContactBuilder builder;
-  VerletLists lists;
   WorkCounts work;         // of all searches
   std::size_t before = 0;  // work.samples when the last one began
 
@@ -91,8 +89,8 @@ void ContactFinder::State::search(const ContactBody& a, const ContactBody& b,
                                   const TaskRunner* runner, ContactResult& found) {
   const PairFrame frame = builder.begin(a, b, settings, found);
   HitColumns& hits = memory.hits;
-  const int level = memory.search.run(a, b, frame, settings.margin, enoughFor(settings), hits,
-                                      runner, settings.verletLists ? &lists : nullptr);
+  const int level =
+      memory.search.run(a, b, frame, settings.margin, enoughFor(settings), hits, runner);
   const double gap = addBorderHits(a, b, frame, settings.margin, memory.search.gap(), hits);
   const auto build = [&](double apart, bool gated) {
     found.clear();
@@ -268,7 +266,7 @@ std::size_t ContactFinder::sampleLookups() const {
 }
 
 std::size_t ContactFinder::bytesKept() const {
-  return sizeof(State) + state_->lists.bytesKept() + state_->builder.bytesKept();
+  return sizeof(State) + state_->builder.bytesKept();
 }
 
 ContactBuilder& ContactFinder::builder() {

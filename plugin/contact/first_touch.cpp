@@ -105,7 +105,6 @@ double closingSpeed(const ContactBody& a, const ContactBody& b) {
 
 FirstTouch::FirstTouch(std::shared_ptr<ContactWorkspace> workspace)
     : finder_(std::move(workspace)) {
-  settings_.verletLists = false;
 }
 
 void FirstTouch::place(double time) {

@@ -4,8 +4,6 @@
 #include <cloudcontact/contact/paper_body.h>
 
 #include "contact/level_search.h"
-#include "contact/verlet_list_builder.h"
-#include "contact/verlet_lists.h"
 #include "kernels/contact/hit_bins.h"
 
 namespace cloudcontact {
@@ -20,10 +18,6 @@ constexpr double kFarApart = 5;
 
 const FieldData& dataOf(const ContactBody& body) {
   return body.field->data();
-}
-
-bool rests(const ContactBody& body) {
-  return body.motion.linear.isZero(0) && body.motion.angular.isZero(0);
 }
 
 // A near miss as the hit that it is once the bodies have come nearer by `shift` [m], clipped as any
@@ -59,8 +53,6 @@ struct HitSearch::Query {
   CcWay ways[2];  // of each body's samples, if it has a field
   std::size_t enough;
   const OwnedVoxels* owned[2] = {nullptr, nullptr};  // where the touched ones are wanted
-
-  bool ofFields() const { return bodies[0]->field && bodies[1]->field; }
 };
 
 HitSearch::Query HitSearch::queryOf(const ContactBody& a, const ContactBody& b,
@@ -75,51 +67,38 @@ HitSearch::Query HitSearch::queryOf(const ContactBody& a, const ContactBody& b,
   return query;
 }
 
-HitSearch::HitSearch() : builder_(std::make_unique<VerletListBuilder>()) {}
-HitSearch::~HitSearch() = default;
-
-void HitSearch::searchSide(const Query& query, Side side, int level, HitColumns& hits,
-                           const VerletLists* lists) {
+void HitSearch::searchSide(const Query& query, Side side, int level, HitColumns& hits) {
   const ContactBody &own = *query.bodies[side], &other = *query.bodies[1 - side];
   if (!own.field) return;
   const FieldData& samples = dataOf(own);
   const float voxel = static_cast<float>(samples.cloud().voxelSize());
-  // Lists end on their level: no finer samples are asked for.
-  const bool ends = lists && level == lists->level();
   const Direction dir{query.ways[side],
                       samples,
-                      lists ? lists->of(side).set : samples.samples(),
+                      samples.samples(),
                       level,
                       side,
                       voxel,
-                      lists != nullptr,
-                      ends ? 0 : neededOf(level, query.enough),
+                      neededOf(level, query.enough),
                       query.owned[side]};
-  if (lists && lists->passes(level))
-    return lists->of(side).pass(dir, dataOf(other), lists->age(), candidates_[side]);
-  if (ends) lists->of(side).choose(lists->age(), candidates_[side]);
   if (!other.shape) return searchField(dir, dataOf(other), candidates_[side], hits, shares_);
   const Pose grid = own.pose * gridPose(samples.cloud());
   searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates_[side], hits, shares_);
 }
 
-// Returns -1 if the lists end before there are enough hits.
-int HitSearch::searchLevels(const Query& query, HitColumns& hits, const VerletLists* lists) {
+int HitSearch::searchLevels(const Query& query, HitColumns& hits) {
   ++work_.searches;
   for (Candidates& c : candidates_) c.all = true;
   for (int level = kLevels - 1;; --level) {
-    if (lists && level < lists->level()) return -1;
     hits.clear();
-    searchSide(query, kA, level, hits, lists);
-    searchSide(query, kB, level, hits, lists);
+    searchSide(query, kA, level, hits);
+    searchSide(query, kB, level, hits);
     work_.hits += hits.size();
     if (level == 0 || hits.size() >= neededOf(level, query.enough)) return level;
   }
 }
 
 int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
-                   double margin, std::size_t enough, HitColumns& hits, const TaskRunner* runner,
-                   VerletLists* lists) {
+                   double margin, std::size_t enough, HitColumns& hits, const TaskRunner* runner) {
   shares_.runner = runner;
   begin(margin > 0, hits);
   // Bullet's boxes exceed its bodies by 7 cm (gContactBreakingThreshold and the tree's margin),
@@ -127,28 +106,9 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   const double seen = marginOf(a, b, frame.voxel, margin);
   if (farApart(a, b, std::max(kFarApart * frame.voxel, seen))) return 0;
   const Query query = queryOf(a, b, frame, enough);
-  const bool hitsAlone = !query.owned[kA] && !query.owned[kB];  // lists know no others
-  const int level = searchBoth(query, hits, query.ofFields() && hitsAlone ? lists : nullptr);
+  const int level = searchLevels(query, hits);
   if (hits.empty() && margin > 0) touchLightly(query, frame, static_cast<float>(seen), hits);
   end();
-  return level;
-}
-
-// With the lists if they are valid; else makes them if that is worthwhile. Returns the level.
-int HitSearch::searchBoth(const Query& query, HitColumns& hits, VerletLists* lists) {
-  const FieldData *a = nullptr, *b = nullptr;
-  if (lists) a = &dataOf(*query.bodies[kA]), b = &dataOf(*query.bodies[kB]);
-  const bool listed = lists && lists->begin(*a, *b, query.ways, query.enough);
-  int level = listed ? searchLevels(query, hits, lists) : -1;
-  if (level >= 0) return level;
-  if (listed) lists->drop();
-  level = searchLevels(query, hits, nullptr);
-  if (!lists || hits.empty()) return level;  // apart, a list would hold half of all samples
-  // What rests by its motion, too, finds room for its lists in its first query.
-  if (!lists->wanted() && !(rests(*query.bodies[kA]) && rests(*query.bodies[kB]))) return level;
-  const std::size_t ofA = hits.countOf(kA);
-  lists->reserve(level, ofA, hits.size() - ofA);
-  if (lists->wanted()) lists->make(*a, *b, level, query.enough, *builder_);
   return level;
 }
 
@@ -183,7 +143,6 @@ void HitSearch::begin(bool wantsCoarse, HitColumns& hits) {
 
 void HitSearch::end() {
   for (const Candidates& c : candidates_) work_ += c.work;
-  work_ += builder_->takeWork();
 }
 
 void HitSearch::reserveLike(const HitSearch& other) {

@@ -2,7 +2,6 @@
 // in the pair's frame (PairFrame), in meters. docs/force.md, "Samples".
 #pragma once
 
-#include <memory>
 #include <utility>
 
 #include "contact/near_misses.h"
@@ -10,9 +9,6 @@
 #include "contact/sample_search.h"
 
 namespace cloudcontact {
-
-class VerletListBuilder;
-class VerletLists;
 
 // Whether a query needs to know which of the body's voxels lie in the other: by what it states, or
 // by tissues that differ.
@@ -23,17 +19,12 @@ const PlacedSolid* areaOf(const ContactBody& body);
 // Searches the samples of both bodies. It keeps its memory between calls.
 class HitSearch {
  public:
-  HitSearch();
-  ~HitSearch();
-
   // Finds the hits of the coarsest level that gives `enough` of them (ContactSettings::samples), or
   // of all samples, and returns the level. Without hits, and if the bodies are nearer than `margin`
   // [m], it moves near misses together by gap() until they touch lightly, and returns those as
-  // hits. With the pair's own `lists` it skips samples that cannot touch. With `runner` large
-  // levels run in parallel. The hits are the same to the bit in all cases.
+  // hits. With `runner` large levels run in parallel; the hits are the same to the bit.
   int run(const ContactBody& a, const ContactBody& b, const PairFrame& frame, double margin,
-          std::size_t enough, HitColumns& hits, const TaskRunner* runner = nullptr,
-          VerletLists* lists = nullptr);
+          std::size_t enough, HitColumns& hits, const TaskRunner* runner = nullptr);
   // The same without the search for hits: for bodies whose hits press nothing, such as the sides of
   // two boxes whose faces are a tenth of a voxel apart.
   void runApart(const ContactBody& a, const ContactBody& b, const PairFrame& frame, double margin,
@@ -62,16 +53,13 @@ class HitSearch {
   struct Query;
   static Query queryOf(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
                        std::size_t enough);
-  int searchLevels(const Query& query, HitColumns& hits, const VerletLists* lists);
-  void searchSide(const Query& query, Side side, int level, HitColumns& hits,
-                  const VerletLists* lists);
+  int searchLevels(const Query& query, HitColumns& hits);
+  void searchSide(const Query& query, Side side, int level, HitColumns& hits);
   void touchLightly(const Query& query, const PairFrame& frame, float margin, HitColumns& hits,
                     const KnownMeets* known = nullptr);
-  int searchBoth(const Query& query, HitColumns& hits, VerletLists* lists);
   void begin(bool wantsCoarse, HitColumns& hits);
   void end();
 
-  std::unique_ptr<VerletListBuilder> builder_;
   search::Candidates candidates_[2];
   search::CoarseFound coarse_[2];
   NearMissSearch misses_;

@@ -48,8 +48,7 @@ class LaneSearch {
   // samples of a cell are consecutive.
   template <typename Visit>
   void eachRun(const Visit& visit) {
-    if (candidates_.all && !dir_.listed) return eachBrick(visit);
-    if (candidates_.all) return visit({0, static_cast<std::uint32_t>(samples_.size())});
+    if (candidates_.all) return eachBrick(visit);
     for (const SampleRun& run : candidates_.runs) visit(run);
   }
   void look(const SampleRun* first, const SampleRun* last) {
@@ -108,8 +107,7 @@ class LaneSearch {
     loadSamples(dir_, finer, lanes_);
     const int divided = target_.measure(finer, lanes_);
     classify(dir_, finer, lanes_);
-    // A search of a list does not see all samples of a brick, and has made no room for them.
-    if (finer && candidates_.coarse && !dir_.listed && dir_.level == kLevels - 1)
+    if (finer && candidates_.coarse && dir_.level == kLevels - 1)
       keepCoarse(*candidates_.coarse);
     const std::size_t touched = candidates_.touched.size(), hits = hits_.size();
     if (dir_.owned) keepTouched(finer);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "contact/pair_frame.h"
 
@@ -15,8 +16,12 @@ namespace {
 // motion. On a slope a leaning cube comes to rest with parts of 0.02 to 0.1; with a noise of 1e-3
 // it rocks longer, and without any limit it creeps.
 constexpr double kNoise = 2e-4, kWrong = 0.05;
+// Of its depth, by which a pair may move: on a stiff spring, bodies that sag by a ten thousandth of
+// a voxel lift off within a hundredth. A body on an automatic spring sags by a tenth of a voxel.
+constexpr double kOfDepth = 0.2;
 // [steps] A pair that does not move is searched this often, so that it comes to the same rest.
 constexpr int kMostAge = 60;
+
 Eigen::AlignedBox3d boxOf(const ContactBody& body) {
   return body.field ? body.field->bounds() : boundsOf(*body.shape);
 }
@@ -36,12 +41,14 @@ struct Push {
   double deepest = -std::numeric_limits<double>::infinity();
 };
 
-template <typename Moved>
-Push pushOf(const ContactResult& contact, const Vec3& about, double stiffness, const Moved& moved) {
+double forceOf(const ContactPoint& point) {
+  return point.stiffness * std::max(0.0, point.depth);
+}
+
+Push pushOf(const ContactResult& contact, const Vec3& about, double stiffness) {
   Push push;
-  for (const ContactPoint& point : contact.points) {
-    const ContactPoint p = moved(point);
-    const Vec3 force = p.stiffness / stiffness * std::max(0.0, p.depth) * p.normal;
+  for (const ContactPoint& p : contact.points) {
+    const Vec3 force = forceOf(p) / stiffness * p.normal;
     push.force += force;
     push.moment += (p.position - about).cross(force);
     push.deepest = std::max(push.deepest, p.depth);
@@ -49,29 +56,98 @@ Push pushOf(const ContactResult& contact, const Vec3& about, double stiffness, c
   return push;
 }
 
-// Points and patches that follow two bodies' motions.
+// What follows two bodies' motions.
 struct Followers {
   Pose byA, byB;
 
-  void follow(Vec3& position, Vec3& normal, double& depth) const {
-    const Vec3 onA = byA.toWorld(position), onB = byB.toWorld(position);
-    normal = (byA.orientation * normal + byB.orientation * normal).normalized();
-    depth += normal.dot(onA - onB);
-    position = (onA + onB) / 2;
+  Vec3 turn() const { return turnOf(byA) - turnOf(byB); }
+  // How the bodies have come nearer at a place along a normal [m].
+  double nearer(const Vec3& position, const Vec3& normal) const {
+    return normal.dot(slide(position));
   }
-  ContactPoint operator()(ContactPoint point) const {
-    const double before = point.depth;
-    follow(point.position, point.normal, point.depth);
-    // Its force grows by its slope.
-    if (before > 0 && point.depth > 0.5 * before)
-      point.stiffness = point.slope + (point.stiffness - point.slope) * (before / point.depth);
-    return point;
+  // How A has moved against B there [m].
+  Vec3 slide(const Vec3& position) const { return byA.toWorld(position) - byB.toWorld(position); }
+  Vec3 position(const Vec3& at) const { return (byA.toWorld(at) + byB.toWorld(at)) / 2; }
+
+ private:
+  static Vec3 turnOf(const Pose& motion) {
+    const Eigen::Quaterniond& q = motion.orientation;
+    return (q.w() < 0 ? -2 : 2) * q.vec();
   }
 };
 
+// A patch's motion, to first order.
+struct PatchMotion {
+  const Followers& by;
+  const PatchTangent& tangent;
+  Vec3 shift, tilt;  // of points and normals, besides moving with the bodies
+  double grows;      // part of its force
+
+  PatchMotion(const Followers& followers, const Patch& patch)
+      : by(followers), tangent(patch.tangent) {
+    const Eigen::Vector2d slide = inPlane(by.slide(patch.position)),
+                          g = inPlane(patch.normal.cross(by.turn())) +
+                              tangent.lean.transpose() * slide;
+    const double nearer = by.nearer(patch.position, patch.normal);
+    shift = inWorld(tangent.roll * g + nearer * tangent.aside);
+    tilt = inWorld(tangent.tilt * g - tangent.bend * slide);
+    grows = tangent.perDepth * nearer;
+  }
+  Eigen::Vector2d inPlane(const Vec3& v) const {
+    return {tangent.along[0].dot(v), tangent.along[1].dot(v)};
+  }
+  Vec3 inWorld(const Eigen::Vector2d& v) const {
+    return v.x() * tangent.along[0] + v.y() * tangent.along[1];
+  }
+  void move(Vec3& position, Vec3& normal, double& depth) const {
+    depth += by.nearer(position, normal);
+    normal = (tangent.trustA * (by.byA.orientation * normal) +
+              (1 - tangent.trustA) * (by.byB.orientation * normal) + tilt)
+                 .normalized();
+    position = by.position(position) + shift;
+  }
+};
+
+// Moves a patch and its points, each of which has its part of k. Returns their forces' sum.
+double moveBy(const PatchMotion& motion, Patch& patch, std::span<ContactPoint> points) {
+  double force = 0;
+  for (ContactPoint& p : points) {
+    const double before = p.depth;
+    motion.move(p.position, p.normal, p.depth);
+    if (before > 0 && p.depth > 0.5 * before)
+      p.stiffness = p.slope + (p.stiffness - p.slope) * (before / p.depth);
+    force += forceOf(p);
+  }
+  motion.move(patch.position, patch.normal, patch.depth);
+  return force;
+}
+
+// Moves a contact to first order. The pair's force grows by k; patches share it by their volumes.
+void moveWith(const Followers& followers, ContactResult& contact) {
+  double force = 0, shares = 0;
+  const auto pointsOf = [&](const Patch& patch) {
+    return std::span(contact.points).subspan(std::size_t(patch.firstPoint), std::size_t(patch.points));
+  };
+  for (Patch& patch : contact.patches) {
+    const PatchMotion motion(followers, patch);
+    double before = 0;
+    for (const ContactPoint& p : pointsOf(patch)) before += forceOf(p);
+    const double after = moveBy(motion, patch, pointsOf(patch)),
+                 share = before * std::max(0.0, 1 + motion.grows);
+    force += after;
+    shares += share;
+    patch.stiffness = after > 0 ? share / after : 0;  // of its points, until all shares are known
+  }
+  for (Patch& patch : contact.patches) {
+    const double harder = shares > 0 && patch.stiffness > 0 ? patch.stiffness * force / shares : 1;
+    patch.stiffness = 0;
+    for (ContactPoint& p : pointsOf(patch)) patch.stiffness += p.stiffness *= harder;
+  }
+}
+
 // How much a contact, moved, differs from another of the same bodies in force, moment and gap, as a
 // depth [m].
-double differenceOf(const ContactResult& one, const Followers& moved, const ContactResult& other,
+double differenceOf(ContactResult one, const Followers& followers, const ContactResult& other,
                     double voxel) {
   if (one.points.size() != other.points.size() || one.patches.size() != other.patches.size())
     return std::numeric_limits<double>::infinity();
@@ -83,8 +159,8 @@ double differenceOf(const ContactResult& one, const Followers& moved, const Cont
     spread = std::max(spread, (p.position - middle).norm());
     stiffness += p.stiffness;
   }
-  const Push x = pushOf(one, middle, stiffness, moved),
-             y = pushOf(other, middle, stiffness, [](const ContactPoint&p) { return p; });
+  moveWith(followers, one);
+  const Push x = pushOf(one, middle, stiffness), y = pushOf(other, middle, stiffness);
   if (x.deepest <= 0 && y.deepest <= 0) return std::abs(x.deepest - y.deepest);
   return std::max((x.force - y.force).norm(),
                   (x.moment - y.moment).norm() / std::max(spread, voxel));
@@ -164,22 +240,26 @@ void MovedContact::keep(const ContactBody& a, const ContactBody& b, const Contac
   reaches_[0] = reachOf(a, b, around);
   reaches_[1] = reachOf(b, a, around);
   free_ = marginOf(a, b, voxel, settings.margin);
+  limit_ = found.samples > 0 ? kOfDepth * std::max(0.0, depthOf(found)) : most;
   found_ = found;
   kept_ = true;
+}
+
+double MovedContact::error(double voxel) const {
+  return kNoise * voxel + kWrong * std::min(tolerance_, limit_);
 }
 
 bool MovedContact::holds(const ContactBody& a, const ContactBody& b, double margin) const {
   if (!kept_ || age_ >= kMostAge) return false;
   const double far = moved(a, b);
   if (found_.points.empty()) return margin + far <= free_ + tolerance_;
-  return far <= tolerance_;
+  return far <= std::min(tolerance_, limit_);
 }
 
 void MovedContact::move(const ContactBody& a, const ContactBody& b, ContactResult& there) const {
   const Followers followers{motionOf(poses_[0], a.pose), motionOf(poses_[1], b.pose)};
   there = found_;
-  for (Patch& patch : there.patches) followers.follow(patch.position, patch.normal, patch.depth);
-  for (ContactPoint& point : there.points) point = followers(point);
+  moveWith(followers, there);
 }
 
 }  // namespace cloudcontact

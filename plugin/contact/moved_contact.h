@@ -1,7 +1,9 @@
 // MovedContact: a pair's last contact, moved with the bodies instead of searched again. To first
-// order in the bodies' relative motion, a point follows both bodies in the mean, its normal turns
-// with both in the mean, and its depth grows by how far they approach each other along it. Shares
-// of stiffness, patches and IDs stay.
+// order in the bodies' relative motion it is what a search would find (PatchTangent): a point
+// follows both bodies in the mean, its depth grows by how far they approach each other along its
+// normal, and patches share the pair's force by their volumes. Under what rolls, points and normals
+// move on as the center of pressure does; without that a contact has an eighth of its stiffness
+// against rolling, and links that hang from each other swing. Patches and IDs stay.
 //
 // It holds as long as no point of either body has moved farther relative to the other than a
 // tolerance, wherever the two may touch. What the contact lacks, as a corner that just arrives, is
@@ -9,6 +11,8 @@
 #pragma once
 
 #include <cloudcontact/contact/contact.h>
+
+#include "contact/contact_archive.h"
 
 namespace cloudcontact {
 
@@ -25,8 +29,21 @@ class MovedContact {
   // That contact.
   void move(const ContactBody& a, const ContactBody& b, ContactResult& there) const;
   std::size_t bytesKept() const { return found_.bytesKept(); }
+  // By how much a depth of the moved contact may be wrong [m].
+  double error(double voxel) const;
   // Counts a step in which move() answered.
   void age() { ++age_; }
+  // For files (base/byte_archive.h).
+  template <typename Archive>
+  void keepIn(Archive& archive) {
+    archive(kept_, tolerance_, limit_, age_, free_);
+    if (!kept_) return;
+    for (int side = 0; side < 2; ++side) {
+      archive(poses_[side].position, poses_[side].orientation.coeffs());
+      archive(reaches_[side].center, reaches_[side].half);
+    }
+    contactIn(archive, found_);
+  }
 
  private:
   // A box in one body's frame, outside of which the bodies cannot touch.
@@ -43,6 +60,7 @@ class MovedContact {
   Pose poses_[2];  // at keep()
   Reach reaches_[2];
   double tolerance_ = 0;  // [m] 0 to `most`
+  double limit_ = 0;      // [m] of the motion, by the depth
   int age_ = 0;           // steps since keep()
   double free_ = 0;       // [m] of an empty contact: the bodies are at least this far apart
   ContactResult found_;

@@ -97,7 +97,6 @@ struct Direction : CcWay {
   int level;
   Side side;
   float voxel;          // of the samples' body [m]
-  bool listed = false;  // `samples` are those of a Verlet list, and all of them are asked
   std::size_t needed = kAllSamples;    // hits of both bodies that make the level fine enough
   const OwnedVoxels* owned = nullptr;  // of the samples, where the touched ones are wanted
 

@@ -6,10 +6,9 @@ namespace cloudcontact {
 Span<const WorkCounts::Named> WorkCounts::all() {
   static constexpr Named kAll[] = {
       {"searches", &WorkCounts::searches}, {"bricks", &WorkCounts::bricks},
-      {"samples", &WorkCounts::samples},   {"listed", &WorkCounts::listed},
-      {"planes", &WorkCounts::planes},     {"voxels", &WorkCounts::voxels},
-      {"hits", &WorkCounts::hits},         {"scanned", &WorkCounts::scanned},
-      {"tried", &WorkCounts::tried}};
+      {"samples", &WorkCounts::samples},   {"planes", &WorkCounts::planes},
+      {"voxels", &WorkCounts::voxels},     {"hits", &WorkCounts::hits},
+      {"scanned", &WorkCounts::scanned},   {"tried", &WorkCounts::tried}};
   return kAll;
 }
 

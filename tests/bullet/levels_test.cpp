@@ -93,7 +93,7 @@ TEST(Levels, AContactTakesTheCoarsestThatHoldsTheTolerance) {
   scene.run(0.5);
   const std::vector<PairReport> pairs = scene.clouds.pairs();
   ASSERT_EQ(pairs.size(), 1u);
-  EXPECT_EQ(pairs[0].coarser, pairs[0].searched);
+  EXPECT_EQ(pairs[0].coarser, pairs[0].answers());
   EXPECT_GE(pairs[0].voxel[0], 2 * kVoxel);
   EXPECT_GE(pairs[0].voxel[1], 2 * kVoxel);
   EXPECT_LE(pairs[0].error, 0.2e-3);
@@ -124,7 +124,7 @@ TEST(Levels, AWorldHasATolerance) {
   settings.fidelity.tolerance = 0.2e-3;
   Scene scene(0, settings);
   scene.run(0.1);
-  EXPECT_EQ(scene.clouds.pairs().at(0).coarser, scene.clouds.pairs().at(0).searched);
+  EXPECT_EQ(scene.clouds.pairs().at(0).coarser, scene.clouds.pairs().at(0).answers());
   EXPECT_FALSE(scene.levels->isBuilt(0));
 }
 
@@ -151,7 +151,7 @@ TEST(Levels, ContactsAreWithinTheErrorThatTheyState) {
              btQuaternion(btScalar(q.x()), btScalar(q.y()), btScalar(q.z()), btScalar(q.w()))));
       for (int i = 0; i < 40; ++i) world.detect();
       const PairReport pair = world.clouds.pairs().at(0);
-      ASSERT_EQ(pair.searched, 40u);
+      ASSERT_EQ(pair.answers(), 40u);
       EXPECT_LE(pair.error, tolerance);
       covered += std::abs(pair.depth - depth) <= pair.error;
       coarse += pair.coarser > 0;

@@ -30,9 +30,10 @@ void askAll(const ContactBody& own, const ContactBody& other, const PairFrame& f
                               samples.samples(),
                               0,
                               side,
-                              static_cast<float>(samples.cloud().voxelSize()),
-                              true};
+                              static_cast<float>(samples.cloud().voxelSize())};
   search::Candidates candidates;
+  candidates.all = false;
+  candidates.runs = {{0, static_cast<std::uint32_t>(samples.samples().levels[0].samples.size())}};
   search::Shares shares;
   search::searchField(dir, other.field->data(), candidates, hits, shares);
 }

@@ -48,8 +48,7 @@ TEST_P(HapticTick, AllocatesNothing) {
 INSTANTIATE_TEST_SUITE_P(NoAllocation, HapticTick,
                          ::testing::Values(Search::Newton, Search::Table));
 
-// A contact at rest does not allocate either, from its second query on. The first query that moves
-// little builds the Verlet lists.
+// A contact at rest does not allocate either, from its second query on.
 TEST(NoAllocation, InAContactAtRest) {
   const auto slab = [](int bricks) {
     return SurfaceField::build(test::smallCloud(
@@ -68,10 +67,9 @@ TEST(NoAllocation, InAContactAtRest) {
   ContactResult found;
   for (int i = 0; i < 3; ++i) first.find(a, b, {});  // grows the workspace
   second.find(a, b, {}, found);
-  const std::size_t before = allocations, lookups = second.sampleLookups();
+  const std::size_t before = allocations;
   for (int i = 0; i < 3; ++i) second.find(a, b, {}, found);
   EXPECT_EQ(allocations - before, 0u);
-  EXPECT_LT(second.sampleLookups(), lookups);
 }
 
 }  // namespace

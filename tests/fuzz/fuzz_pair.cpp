@@ -81,7 +81,6 @@ void readPair(std::string_view input) {
   ContactSettings settings;
   settings.margin = draw.upTo(1) ? 0 : draw.length();
   settings.samples = std::size_t(1) << draw.upTo(12);
-  settings.verletLists = draw.upTo(1);
   const double k = 1e6 * draw.length(), c = 1e3 * draw.length();
   const Law laws[] = {KelvinVoigt{k, c}, Foundation{k, c}, Rigid{}, Maxwell{k, c}};
   settings.law = laws[draw.upTo(3)];

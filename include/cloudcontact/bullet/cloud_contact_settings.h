@@ -24,12 +24,11 @@ struct CloudContactSettings {
   // pair's own mass: for light bodies that bear heavy ones, and for stacks at long steps. Use 1
   // with Bullet's own solver and up to 100 with NewtonSolver. At least 1 and finite.
   double bears = 1;
-  bool lists = true;  // ContactSettings::verletLists of every pair
   // [voxels] A pair is searched again once a point of one body, where the two may touch, has moved
-  // farther than this relative to the other; until then its last contact is moved with the bodies.
-  // 0: every step searches. With 0.02 a pile at rest costs a twelfth; ten heavy links that hang by
-  // their shape, and stand still without, swing (docs/limits.md). Finite and not negative.
-  double reuseMotion = 0;
+  // farther than this relative to the other; until then its last contact is moved with the bodies,
+  // to first order in their motion. More is less exact and hardly faster. 0: every step searches,
+  // for measurements. Finite and not negative.
+  double reuseMotion = 0.02;
   // [m/s] Bodies that overlap without having moved into each other (placed so, or teleported) are
   // moved apart by the nearest way, no faster than this, and keep hardly any speed. It concerns
   // only those that their spring would push out faster. Infinite: the spring does. Positive.

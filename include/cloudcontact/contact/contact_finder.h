@@ -37,8 +37,8 @@ class ContactWorkspace {
   std::unique_ptr<State> state_;
 };
 
-// Finds the contacts of one pair, step by step. It keeps the points' IDs and Verlet lists between
-// calls, and no result. One finder serves one thread at a time.
+// Finds the contacts of one pair, step by step. It keeps the points' IDs between calls, and
+// no result. One finder serves one thread at a time.
 class ContactFinder {
  public:
   ContactFinder();  // with a workspace of its own

@@ -13,8 +13,7 @@ struct WorkCounts {
   std::size_t searches = 0;  // of a pair: for touches, for near misses, beside touches
   // Of samples, asked whether they may touch; and pairs of balls around them, for a gap.
   std::size_t bricks = 0;
-  std::size_t samples = 0;  // looked up in the other body, but for Verlet lists
-  std::size_t listed = 0;   // looked up to make Verlet lists
+  std::size_t samples = 0;  // looked up in the other body
   // Read besides the one plane of a sample's record: those of records with several, and where a
   // sample's end was looked up.
   std::size_t planes = 0;
