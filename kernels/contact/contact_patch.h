@@ -140,9 +140,8 @@ CC_FN void ccContactOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force,
     ccPut64(out->points[i].normal, ccTurned(&terms->frame, points[i].normal));
     out->points[i].depth = points[i].weight;
   }
-  out->tangent = ccTangentOf(patch, force, flat, plan, terms->gap > 0.0 ? 0.0 : depth);
-  ccPut64(out->tangent.t1, ccTurned(&terms->frame, flat->t1));
-  ccPut64(out->tangent.t2, ccTurned(&terms->frame, flat->t2));
+  out->tangent = ccTangentOf(patch, force, flat, plan, terms->gap > 0.0 ? 0.0 : depth,
+                             ccTurned(&terms->frame, flat->t1));
   out->doubt = ccDoubtOf(patch, pushes, confidence);
   out->error = (float)whole->error;
   out->pointed = (float)whole->pointed;

@@ -18,25 +18,44 @@
 
 #include "kernels/contact/patch_force.h"
 
+// [voxels] Patches that are less deep have no tangent: what moves them changes all of it.
+#define CC_LEAST_MEAN 1e-6
+
+// In floats, since it tells of small changes. Matrices are by rows, in the plane of t1 and n x t1.
 typedef struct {
-  double t1[3], t2[3];  // of the plane, world
-  CcSymmetric2 roll;    // g to how far the points move besides [m]
-  CcTwo aside;          // c to the same
-  CcMatrix2 lean;       // D [1/m]
-  CcMatrix2 bend;       // (A + B) / 4 [1/m]
-  CcMatrix2 tilt;       // g to the turn of the normal
-  double trustA;        // of A's turn in the normal's; the rest is B's
-  double perDepth;      // a/v, or 0 of near misses [1/m]
+  float t1[3];     // world
+  float roll[3];   // g to how far the points move besides [m]: uu, uv, vv
+  float aside[2];  // c to the same
+  float lean[4];   // D [1/m]
+  float bend[4];   // (A + B) / 4 [1/m]
+  float tilt[4];   // g to the turn of the normal
+  float trustA;    // of A's turn in the normal's; the rest is B's
+  float perDepth;  // a/v, or 0 of near misses [1/m]
 } CcPatchTangent;
 
-// `depth`: of the patch, whose part of k gives its force there [m].
+CC_FN void ccPutMatrix(float* to, CcMatrix2 m) {
+  to[0] = (float)m.uu;
+  to[1] = (float)m.uv;
+  to[2] = (float)m.vu;
+  to[3] = (float)m.vv;
+}
+
+// Of a patch whose plane's axes are `t1` and `t2` in the world. `depth`: of the patch, whose part
+// of k gives its force there [m].
 CC_FN CcPatchTangent ccTangentOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force,
-                                 const CcFlat* f, const CcPlan* plan, double depth) {
-  CcPatchTangent t = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0},
-                      {0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0},
-                      force->trustA, 0.0};
-  if (!(patch->facing > 0.0) || !(depth > 0.0)) return t;
-  t.perDepth = patch->area / patch->facing;
+                                 const CcFlat* f, const CcPlan* plan, double depth, CcVec t1) {
+  CcPatchTangent t = {{(float)t1.x, (float)t1.y, (float)t1.z},
+                      {0.0f, 0.0f, 0.0f},
+                      {0.0f, 0.0f},
+                      {0.0f, 0.0f, 0.0f, 0.0f},
+                      {0.0f, 0.0f, 0.0f, 0.0f},
+                      {0.0f, 0.0f, 0.0f, 0.0f},
+                      (float)force->trustA,
+                      0.0f};
+  const double least = CC_LEAST_MEAN * plan->voxel;
+  if (!(patch->facing > least * patch->area) || !(depth > least)) return t;
+  const double perDepth = patch->area / patch->facing;
+  t.perDepth = (float)perDepth;
   // What the points do by themselves: their spread over the depth.
   const double per = 0.25 / depth;
   CcSymmetric2 own = {0.0, 0.0, 0.0};
@@ -49,21 +68,21 @@ CC_FN CcPatchTangent ccTangentOf(CC_GLOBAL const CcSums* patch, const CcPatchFor
     middle = ccTwo(middle.u + per * at.u, middle.v + per * at.v);
   }
   const CcTwo cop = plan->cop;
-  t.roll.uu = (f->spread.uu + cop.u * cop.u) * t.perDepth - own.uu;
-  t.roll.uv = (f->spread.uv + cop.u * cop.v) * t.perDepth - own.uv;
-  t.roll.vv = (f->spread.vv + cop.v * cop.v) * t.perDepth - own.vv;
-  t.aside = ccTwo(-cop.u * t.perDepth - middle.u, -cop.v * t.perDepth - middle.v);
-  const double wa = force->trustA * t.perDepth, wb = (1.0 - force->trustA) * t.perDepth;
+  t.roll[0] = (float)((f->spread.uu + cop.u * cop.u) * perDepth - own.uu);
+  t.roll[1] = (float)((f->spread.uv + cop.u * cop.v) * perDepth - own.uv);
+  t.roll[2] = (float)((f->spread.vv + cop.v * cop.v) * perDepth - own.vv);
+  t.aside[0] = (float)(-cop.u * perDepth - middle.u);
+  t.aside[1] = (float)(-cop.v * perDepth - middle.v);
+  const double wa = force->trustA * perDepth, wb = (1.0 - force->trustA) * perDepth;
   const CcMatrix2 a = f->turn[0], b = f->turn[1], mine = ccTimesSymmetric(plan->lean, own);
-  t.tilt.uu = wa * a.uu - wb * b.uu - mine.uu;
-  t.tilt.uv = wa * a.uv - wb * b.uv - mine.uv;
-  t.tilt.vu = wa * a.vu - wb * b.vu - mine.vu;
-  t.tilt.vv = wa * a.vv - wb * b.vv - mine.vv;
-  t.lean = plan->lean;
+  const CcMatrix2 tilt = {wa * a.uu - wb * b.uu - mine.uu, wa * a.uv - wb * b.uv - mine.uv,
+                          wa * a.vu - wb * b.vu - mine.vu, wa * a.vv - wb * b.vv - mine.vv};
   const double noise = CC_LEAN_VOXELS * plan->voxel * CC_LEAN_VOXELS * plan->voxel;
   const CcMatrix2 both = {0.25 * (a.uu + b.uu), 0.25 * (a.uv + b.uv), 0.25 * (a.vu + b.vu),
                           0.25 * (a.vv + b.vv)};
-  t.bend = ccTimesSymmetric(both, ccInverse(f->spread, noise));
+  ccPutMatrix(t.tilt, tilt);
+  ccPutMatrix(t.lean, plan->lean);
+  ccPutMatrix(t.bend, ccTimesSymmetric(both, ccInverse(f->spread, noise)));
   return t;
 }
 

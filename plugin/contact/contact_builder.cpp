@@ -83,19 +83,17 @@ CcVec ccVecOf(const Vec3& v) {
   return ccVec(v.x(), v.y(), v.z());
 }
 
-Eigen::Matrix2d matrix(const CcMatrix2& m) {
-  return Eigen::Matrix2d{{m.uu, m.uv}, {m.vu, m.vv}};
+Eigen::Matrix2d matrix(const float* m) {
+  return Eigen::Matrix2d{{double(m[0]), double(m[1])}, {double(m[2]), double(m[3])}};
 }
 
-PatchTangent tangentOf(const CcPatchTangent& from) {
-  return {{vec(from.t1), vec(from.t2)},
-          matrix({from.roll.uu, from.roll.uv, from.roll.uv, from.roll.vv}),
-          {from.aside.u, from.aside.v},
-          matrix(from.tilt),
-          matrix(from.bend),
-          matrix(from.lean),
-          from.trustA,
-          from.perDepth};
+PatchTangent tangentOf(const CcPatchTangent& from, const Vec3& normal) {
+  const Vec3 t1(double(from.t1[0]), double(from.t1[1]), double(from.t1[2]));
+  const float roll[4] = {from.roll[0], from.roll[1], from.roll[1], from.roll[2]};
+  return {
+      {t1, normal.cross(t1)}, matrix(roll),         {double(from.aside[0]), double(from.aside[1])},
+      matrix(from.tilt),      matrix(from.bend),    matrix(from.lean),
+      double(from.trustA),    double(from.perDepth)};
 }
 
 // The patch's force along its digital normal, through the same center of pressure, with the spin
@@ -298,7 +296,7 @@ void ContactBuilder::add(const CcContactPatch& from, ContactResult& result) {
   patch.beside = result.samples > 0 && from.depth < 0;
   patch.firstPoint = static_cast<int>(result.points.size());
   patch.points = 4;
-  patch.tangent = tangentOf(from.tangent);
+  patch.tangent = tangentOf(from.tangent, patch.normal);
   ContactPoint point;
   point.slope = 0.25 * from.slope;
   point.damping = 0.25 * from.damping;

@@ -126,7 +126,8 @@ double moveBy(const PatchMotion& motion, Patch& patch, std::span<ContactPoint> p
 void moveWith(const Followers& followers, ContactResult& contact) {
   double force = 0, shares = 0;
   const auto pointsOf = [&](const Patch& patch) {
-    return std::span(contact.points).subspan(std::size_t(patch.firstPoint), std::size_t(patch.points));
+    return std::span(contact.points)
+        .subspan(std::size_t(patch.firstPoint), std::size_t(patch.points));
   };
   for (Patch& patch : contact.patches) {
     const PatchMotion motion(followers, patch);

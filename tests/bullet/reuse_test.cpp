@@ -188,8 +188,8 @@ double hangingRingsTurn(double motion) {
   std::vector<btRigidBody*> rings;
   for (int i = 0; i < kRings; ++i) {
     const btQuaternion up({1, 0, 0}, SIMD_HALF_PI), across({0, 0, 1}, i % 2 ? SIMD_HALF_PI : 0);
-    rings.push_back(&world.addCloud(
-        ring, i > 0 ? 1 : 0, at({0, 0, btScalar(-2 * (kBend - kWire) * i)}, across * up)));
+    rings.push_back(&world.addCloud(ring, i > 0 ? 1 : 0,
+                                    at({0, 0, btScalar(-2 * (kBend - kWire) * i)}, across * up)));
   }
   double fastest = 0;
   for (int k = 0; k < 10 / kStep; ++k) {

@@ -243,6 +243,20 @@ struct Curved {
   Vec3 touch;  // world [m]
 };
 
+// Balls beside each other as one body.
+Mesh threeBalls(double radius, double apart) {
+  Mesh all;
+  for (int i = 0; i < 3; ++i) {
+    const Mesh ball = sphereMesh(radius, 1e-5);
+    const double angle = 2 * std::numbers::pi / 3 * i;
+    const int first = static_cast<int>(all.vertices.size());
+    for (const Vec3& v : ball.vertices)
+      all.vertices.push_back(v + apart * Vec3(std::cos(angle), std::sin(angle), 0));
+    for (Eigen::Vector3i t : ball.triangles) all.triangles.push_back(t.array() + first);
+  }
+  return all;
+}
+
 std::vector<Curved> curvedPairs() {
   const auto slab = fieldOf(boxMesh({0.05, 0.05, 0.012}), kVoxel);
   const auto ball = fieldOf(sphereMesh(0.012, 1e-5), kVoxel);
@@ -252,55 +266,85 @@ std::vector<Curved> curvedPairs() {
   };
   const auto link = fieldOf(revolvedMesh(160, 64, true, ring), kVoxel);
   const double over = 0.5 * kVoxel;
-  return {{"a ball on a slab", ball, slab, at({0.0031, 0.0017, 0.018 - over}),
+  return {{"a ball on a slab",
+           ball,
+           slab,
+           at({0.0031, 0.0017, 0.018 - over}),
            {0.0031, 0.0017, 0.006 - over / 2}},
-          {"a link in a link", link, link,
+          {"a link in a link",
+           link,
+           link,
            at({0.024 + over, 0, 0}, std::numbers::pi / 2 * Vec3::UnitX()),
            {0.012 + over / 2, 0, 0}}};
 }
 
-TEST(MovedContact, RollsAndSlidesAsSearchesFind) {
+// By how much the push of a pair changes from one side of a motion to the other, about its touch.
+struct Change {
+  Wrench moved, searched;
+};
+
+Change changeBy(const Pose& motion, const Curved& pair) {
   ContactSettings all;
   all.samples = SIZE_MAX;
   all.law = KelvinVoigt{1e4, 0};
-  const double turn = 0.01, slide = 0.1 * kVoxel;
-  for (const Curved& pair : curvedPairs()) {
-    ContactBody a{}, b{};
-    a.field = pair.a.get(), b.field = pair.b.get(), a.pose = pair.at;
-    ContactFinder finder;
-    MovedContact kept;
-    const ContactResult found = finder.find(a, b, all);
-    kept.keep(a, b, all, kTolerance, kVoxel, found);
-    const double force = wrenchOnB(found, {}, {}).force.norm();
-    // By how much the push changes from one side of the motion to the other, about the touch.
-    const auto changeOf = [&](const Pose& motion, const auto& contactAt) {
-      Wrench change;
-      for (const double sign : {1.0, -1.0}) {
-        ContactBody there = a;
-        there.pose = (sign > 0 ? motion : motion.inverse()) * a.pose;
-        const Wrench push = wrenchOnB(contactAt(there), {}, {});
-        change.force += sign * push.force;
-        change.torque += sign * (push.torque - pair.touch.cross(push.force));
-      }
-      return change;
-    };
+  ContactBody a{}, b{};
+  a.field = pair.a.get(), b.field = pair.b.get(), a.pose = pair.at;
+  ContactFinder finder;
+  MovedContact kept;
+  kept.keep(a, b, all, kTolerance, kVoxel, finder.find(a, b, all));
+  Change change;
+  const auto add = [&](double sign, const ContactResult& contact, Wrench& to) {
+    const Wrench push = wrenchOnB(contact, {}, {});
+    to.force += sign * push.force;
+    to.torque += sign * (push.torque - pair.touch.cross(push.force));
+  };
+  for (const double sign : {1.0, -1.0}) {
+    ContactBody there = a;
+    there.pose = (sign > 0 ? motion : motion.inverse()) * a.pose;
+    ContactResult contact;
+    kept.move(there, b, contact);
+    add(sign, contact, change.moved);
+    add(sign, finder.find(there, b, all), change.searched);
+  }
+  return change;
+}
+
+Pose turnAbout(const Vec3& place, const Vec3& turn) {
+  Pose motion = at(Vec3::Zero(), turn);
+  motion.position = place - motion.orientation * place;
+  return motion;
+}
+
+TEST(MovedContact, RollsAndSlidesAsSearchesFind) {
+  const double turn = 0.01, slide = 0.1 * kVoxel, force = 1e4 * 0.5 * kVoxel;
+  for (const Curved& pair : curvedPairs())
     for (int k = 0; k < 6; ++k) {
       const Vec3 way = Vec3::Unit(k % 3);
-      Pose motion = k < 3 ? at(Vec3::Zero(), turn * way) : at(slide * way);
-      if (k < 3) motion.position = pair.touch - motion.orientation * pair.touch;
-      const auto moved = [&](const ContactBody& there) {
-        ContactResult contact;
-        kept.move(there, b, contact);
-        return contact;
-      };
-      const auto searched = [&](const ContactBody& there) { return finder.find(there, b, all); };
-      const Wrench is = changeOf(motion, moved), truth = changeOf(motion, searched);
+      const Change change =
+          changeBy(k < 3 ? turnAbout(pair.touch, turn * way) : at(slide * way), pair);
+      const Wrench &is = change.moved, &truth = change.searched;
       EXPECT_LT((is.torque - truth.torque).norm(),
                 0.15 * truth.torque.norm() + 0.05 * force * slide)
           << pair.name << ", " << k;
       EXPECT_LT((is.force - truth.force).norm(), 0.12 * truth.force.norm() + 0.6 * force * turn)
           << pair.name << ", " << k;
     }
+}
+
+// What rocks on balls: the force goes over from ball to ball by their volumes, which change twice
+// as fast as their depths.
+TEST(MovedContact, RocksOnBallsAsSearchesFind) {
+  const double over = 0.5 * kVoxel;
+  const Curved stool{"three balls on a slab",
+                     fieldOf(threeBalls(0.008, 0.014), kVoxel),
+                     fieldOf(boxMesh({0.05, 0.05, 0.012}), kVoxel),
+                     at({0.0013, 0.0007, 0.014 - over}),
+                     {0.0013, 0.0007, 0.006 - over / 2}};
+  for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0.6, 0.8, 0)}) {
+    const Change change = changeBy(turnAbout(stool.touch, 0.003 * axis), stool);
+    EXPECT_LT((change.moved.torque - change.searched.torque).norm(),
+              0.1 * change.searched.torque.norm())
+        << axis.transpose();
   }
 }
 

@@ -66,17 +66,17 @@ struct ContactPoint {
 // Why a patch is not trusted.
 enum class Doubt : std::uint8_t { None, FewSamples, Opposed, Deep };
 
-// How a patch's force changes as the bodies move a little (kernels/contact/patch_tangent.h): as they
-// come nearer by c along the normal at its center of pressure, and by c + g.x beside it, and A
+// How a patch's force changes as the bodies move a little (kernels/contact/patch_tangent.h): as
+// they come nearer by c along the normal at its center of pressure, and by c + g.x beside it, and A
 // slides over B by v; x, g and v are in the patch's plane.
 struct PatchTangent {
-  Vec3 along[2] = {Vec3::Zero(), Vec3::Zero()};  // the plane's axes, world, unit
-  Eigen::Matrix2d roll = Eigen::Matrix2d::Zero();  // g to how far the points move in the plane [m]
+  Vec3 along[2] = {Vec3::Zero(), Vec3::Zero()};     // the plane's axes, world, unit
+  Eigen::Matrix2d roll = Eigen::Matrix2d::Zero();   // g to how far the points move in the plane [m]
   Eigen::Vector2d aside = Eigen::Vector2d::Zero();  // c to the same, beside moving with the bodies
   Eigen::Matrix2d tilt = Eigen::Matrix2d::Zero();   // g to the turn of the normal
   Eigen::Matrix2d bend = Eigen::Matrix2d::Zero();   // v to the turn of the normal against it [1/m]
   Eigen::Matrix2d lean = Eigen::Matrix2d::Zero();   // x to how the normal leans there [1/m]
-  double trustA = 0.5;  // of A's turn in the normal's; the rest is B's
+  double trustA = 0.5;                              // of A's turn in the normal's; the rest is B's
   double perDepth = 0;  // [1/m] how fast its part of the pair's force grows; 0 of near misses
 };
 
