@@ -6,7 +6,7 @@
 // slide v of A over B meets normals that turn by D x over the patch. With a patch of area a, volume
 // v (area times depth), area's center m, covariance C, and normals that turn by A and -B over it,
 // D = (A - B) / 2:
-//   v grows by a c, but for a share that the slope of its pressure has;
+//   v grows by a (c + g.m);
 //   the center of pressure moves by ((C + m m^T) g + m c) a/v. Under a ball that rolls it goes as
 //     far as the ball does; on a thread that turns in its nut g is zero;
 //   the normal turns by D C g a/v - (A + B)/4 v, and with both bodies by how far each decides it.
@@ -23,14 +23,15 @@
 
 // In floats, since it tells of small changes. Matrices are by rows, in the plane of t1 and n x t1.
 typedef struct {
-  float t1[3];     // world
-  float roll[3];   // g to how far the points move besides [m]: uu, uv, vv
-  float aside[2];  // c to the same
-  float lean[4];   // D [1/m]
-  float bend[4];   // (A + B) / 4 [1/m]
-  float tilt[4];   // g to the turn of the normal
-  float trustA;    // of A's turn in the normal's; the rest is B's
-  float perDepth;  // a/v, or 0 of near misses [1/m]
+  float t1[3];      // world
+  float middle[2];  // m [m]
+  float roll[3];    // g to how far the points move besides [m]: uu, uv, vv
+  float aside[2];   // c to the same
+  float lean[4];    // D [1/m]
+  float bend[4];    // (A + B) / 4 [1/m]
+  float tilt[4];    // g to the turn of the normal
+  float trustA;     // of A's turn in the normal's; the rest is B's
+  float perDepth;   // a/v, or 0 of near misses [1/m]
 } CcPatchTangent;
 
 CC_FN void ccPutMatrix(float* to, CcMatrix2 m) {
@@ -45,6 +46,7 @@ CC_FN void ccPutMatrix(float* to, CcMatrix2 m) {
 CC_FN CcPatchTangent ccTangentOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force,
                                  const CcFlat* f, const CcPlan* plan, double depth, CcVec t1) {
   CcPatchTangent t = {{(float)t1.x, (float)t1.y, (float)t1.z},
+                      {0.0f, 0.0f},
                       {0.0f, 0.0f, 0.0f},
                       {0.0f, 0.0f},
                       {0.0f, 0.0f, 0.0f, 0.0f},
@@ -68,6 +70,8 @@ CC_FN CcPatchTangent ccTangentOf(CC_GLOBAL const CcSums* patch, const CcPatchFor
     middle = ccTwo(middle.u + per * at.u, middle.v + per * at.v);
   }
   const CcTwo cop = plan->cop;
+  t.middle[0] = (float)-cop.u;
+  t.middle[1] = (float)-cop.v;
   t.roll[0] = (float)((f->spread.uu + cop.u * cop.u) * perDepth - own.uu);
   t.roll[1] = (float)((f->spread.uv + cop.u * cop.v) * perDepth - own.uv);
   t.roll[2] = (float)((f->spread.vv + cop.v * cop.v) * perDepth - own.vv);

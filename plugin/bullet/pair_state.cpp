@@ -191,7 +191,7 @@ void PairState::search(PairStep& step, const btCollisionObjectWrapper& a,
   step.earlier = 0;
   if (step.isStep && !step.touch && isKnown(query)) {
     step.how = Answer::Moved;
-    moved.age();
+    moved.age(query.a, query.b);
     return moved.move(query.a, query.b, step.contact);
   }
   if (query.byShapes) {

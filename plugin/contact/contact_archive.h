@@ -18,7 +18,7 @@ template <typename Archive>
 void patchIn(Archive& archive, Patch& p) {
   PatchTangent& t = p.tangent;
   archive(p.position, p.normal, p.depth, p.stiffness, p.damping, p.area, p.confidence, p.doubt,
-          p.beside, p.firstPoint, p.points, t.along[0], t.along[1], t.aside, t.trustA, t.perDepth);
+          p.beside, p.firstPoint, p.points, t.along[0], t.along[1], t.middle, t.aside, t.trustA, t.perDepth);
   for (Eigen::Matrix2d* m : {&t.roll, &t.tilt, &t.bend, &t.lean}) matrixIn(archive, *m);
 }
 

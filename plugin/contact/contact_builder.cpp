@@ -87,13 +87,20 @@ Eigen::Matrix2d matrix(const float* m) {
   return Eigen::Matrix2d{{double(m[0]), double(m[1])}, {double(m[2]), double(m[3])}};
 }
 
+Eigen::Vector2d pair(const float* v) {
+  return {double(v[0]), double(v[1])};
+}
+
 PatchTangent tangentOf(const CcPatchTangent& from, const Vec3& normal) {
   const Vec3 t1(double(from.t1[0]), double(from.t1[1]), double(from.t1[2]));
   const float roll[4] = {from.roll[0], from.roll[1], from.roll[1], from.roll[2]};
-  return {
-      {t1, normal.cross(t1)}, matrix(roll),         {double(from.aside[0]), double(from.aside[1])},
-      matrix(from.tilt),      matrix(from.bend),    matrix(from.lean),
-      double(from.trustA),    double(from.perDepth)};
+  PatchTangent to;
+  to.along[0] = t1, to.along[1] = normal.cross(t1);
+  to.middle = pair(from.middle), to.aside = pair(from.aside);
+  to.roll = matrix(roll), to.tilt = matrix(from.tilt);
+  to.bend = matrix(from.bend), to.lean = matrix(from.lean);
+  to.trustA = double(from.trustA), to.perDepth = double(from.perDepth);
+  return to;
 }
 
 // The patch's force along its digital normal, through the same center of pressure, with the spin

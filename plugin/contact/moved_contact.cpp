@@ -12,15 +12,18 @@ namespace cloudcontact {
 
 namespace {
 
-// What a moved contact may be wrong by, as a depth: noise of the fits [voxels], and a part of the
-// motion. On a slope a leaning cube comes to rest with parts of 0.02 to 0.1; with a noise of 1e-3
-// it rocks longer, and without any limit it creeps.
-constexpr double kNoise = 2e-4, kWrong = 0.05;
+// What a moved contact may be wrong by, as a depth: noise of the fits [voxels], or a part of the
+// depth if that is less, and a part of the motion. On a slope a leaning cube comes to rest with
+// parts of 0.02 to 0.1; with a noise of 1e-3 it rocks longer, and without any limit it creeps.
+constexpr double kNoise = 2e-4, kNoiseOfDepth = 2e-3, kWrong = 0.05;
 // Of its depth, by which a pair may move: on a stiff spring, bodies that sag by a ten thousandth of
 // a voxel lift off within a hundredth. A body on an automatic spring sags by a tenth of a voxel.
 constexpr double kOfDepth = 0.2;
-// [steps] A pair that does not move is searched this often, so that it comes to the same rest.
+// [steps] A pair that hardly moves is searched this often, so that it comes to the same rest.
 constexpr int kMostAge = 60;
+// [voxels] What has moved by less since the search has not: searched again, its places would be
+// rounded another way, and the pair would find a new rest.
+constexpr double kStill = 1e-5;
 
 Eigen::AlignedBox3d boxOf(const ContactBody& body) {
   return body.field ? body.field->bounds() : boundsOf(*body.shape);
@@ -80,19 +83,21 @@ struct Followers {
 struct PatchMotion {
   const Followers& by;
   const PatchTangent& tangent;
-  Vec3 shift, tilt;  // of points and normals, besides moving with the bodies
-  double grows;      // part of its force
+  Vec3 shift, tilt;               // of points and normals, besides moving with the bodies
+  double nearer, nearerAtMiddle;  // at the center of pressure, and of the area [m]
 
   PatchMotion(const Followers& followers, const Patch& patch)
       : by(followers), tangent(patch.tangent) {
     const Eigen::Vector2d slide = inPlane(by.slide(patch.position)),
                           g = inPlane(patch.normal.cross(by.turn())) +
                               tangent.lean.transpose() * slide;
-    const double nearer = by.nearer(patch.position, patch.normal);
+    nearer = by.nearer(patch.position, patch.normal);
+    nearerAtMiddle = nearer + g.dot(tangent.middle);
     shift = inWorld(tangent.roll * g + nearer * tangent.aside);
     tilt = inWorld(tangent.tilt * g - tangent.bend * slide);
-    grows = tangent.perDepth * nearer;
   }
+  // By which its volume has become more.
+  double growth() const { return std::max(0.0, 1 + tangent.perDepth * nearerAtMiddle); }
   Eigen::Vector2d inPlane(const Vec3& v) const {
     return {tangent.along[0].dot(v), tangent.along[1].dot(v)};
   }
@@ -108,6 +113,12 @@ struct PatchMotion {
   }
 };
 
+double forceOf(std::span<const ContactPoint> points) {
+  double sum = 0;
+  for (const ContactPoint& p : points) sum += forceOf(p);
+  return sum;
+}
+
 // Moves a patch and its points, each of which has its part of k. Returns their forces' sum.
 double moveBy(const PatchMotion& motion, Patch& patch, std::span<ContactPoint> points) {
   double force = 0;
@@ -122,34 +133,60 @@ double moveBy(const PatchMotion& motion, Patch& patch, std::span<ContactPoint> p
   return force;
 }
 
-// Moves a contact to first order. The pair's force grows by k; patches share it by their volumes.
-void moveWith(const Followers& followers, ContactResult& contact) {
-  double force = 0, shares = 0;
+// What the patches that touch have together.
+struct Whole {
+  double force = 0, slope = 0, area = 0,
+         volume = 0;                      // volume: as a force, that of before times growth
+  double nearer = 0, nearerAtMiddle = 0;  // times force and area
+
+  void add(const Patch& patch, const PatchMotion& motion, std::span<const ContactPoint> points,
+           double before) {
+    for (const ContactPoint& p : points) slope += p.slope;
+    force += before;
+    area += patch.area;
+    volume += before * motion.growth();
+    nearer += before * motion.nearer;
+    nearerAtMiddle += patch.area * motion.nearerAtMiddle;
+  }
+  // The pair's force after the motion. Under one spring it grows by k as the depth d does. That is
+  // M2 / M1 times (1 + b/2), M1 being the volume and M2 the sum of area times depth squared
+  // (docs/force.md, "Depth of the pair"): M1 grows by the approach at the area's center, M2 by
+  // twice the volume's at the center of pressure.
+  double forceAfter(double b, bool byArea) const {
+    if (byArea || !(force > 0)) return volume;
+    const double deeper = (2 + b) * nearer / force - (1 + b) * nearerAtMiddle / area;
+    return std::max(0.0, force + slope * deeper);
+  }
+};
+
+// Moves a contact to first order. Patches share the pair's force by their volumes.
+void moveWith(const Followers& followers, bool byArea, ContactResult& contact) {
+  Whole whole;
   const auto pointsOf = [&](const Patch& patch) {
     return std::span(contact.points)
         .subspan(std::size_t(patch.firstPoint), std::size_t(patch.points));
   };
+  for (const Patch& patch : contact.patches) {
+    const double before = forceOf(pointsOf(patch));
+    if (before > 0) whole.add(patch, {followers, patch}, pointsOf(patch), before);
+  }
+  const double force = whole.forceAfter(contact.pointed, byArea);
   for (Patch& patch : contact.patches) {
     const PatchMotion motion(followers, patch);
-    double before = 0;
-    for (const ContactPoint& p : pointsOf(patch)) before += forceOf(p);
-    const double after = moveBy(motion, patch, pointsOf(patch)),
-                 share = before * std::max(0.0, 1 + motion.grows);
-    force += after;
-    shares += share;
-    patch.stiffness = after > 0 ? share / after : 0;  // of its points, until all shares are known
-  }
-  for (Patch& patch : contact.patches) {
-    const double harder = shares > 0 && patch.stiffness > 0 ? patch.stiffness * force / shares : 1;
+    const double before = forceOf(pointsOf(patch)), after = moveBy(motion, patch, pointsOf(patch)),
+                 share = whole.volume > 0 ? before * motion.growth() / whole.volume : 0;
     patch.stiffness = 0;
-    for (ContactPoint& p : pointsOf(patch)) patch.stiffness += p.stiffness *= harder;
+    for (ContactPoint& p : pointsOf(patch)) {
+      if (after > 0 && before > 0) p.stiffness *= force * share / after;
+      patch.stiffness += p.stiffness;
+    }
   }
 }
 
 // How much a contact, moved, differs from another of the same bodies in force, moment and gap, as a
 // depth [m].
-double differenceOf(ContactResult one, const Followers& followers, const ContactResult& other,
-                    double voxel) {
+double differenceOf(ContactResult one, const Followers& followers, bool byArea,
+                    const ContactResult& other, double voxel) {
   if (one.points.size() != other.points.size() || one.patches.size() != other.patches.size())
     return std::numeric_limits<double>::infinity();
   if (other.points.empty()) return 0;
@@ -160,7 +197,7 @@ double differenceOf(ContactResult one, const Followers& followers, const Contact
     spread = std::max(spread, (p.position - middle).norm());
     stiffness += p.stiffness;
   }
-  moveWith(followers, one);
+  moveWith(followers, byArea, one);
   const Push x = pushOf(one, middle, stiffness), y = pushOf(other, middle, stiffness);
   if (x.deepest <= 0 && y.deepest <= 0) return std::abs(x.deepest - y.deepest);
   return std::max((x.force - y.force).norm(),
@@ -225,8 +262,11 @@ void MovedContact::learn(const ContactBody& a, const ContactBody& b, double most
   const double far = moved(a, b);
   if (!(far <= 2 * most)) return;
   const Followers followers{motionOf(poses_[0], a.pose), motionOf(poses_[1], b.pose)};
-  const double wrong = differenceOf(found_, followers, found, voxel);
-  const bool right = wrong <= kNoise * voxel + kWrong * far;
+  const double wrong = differenceOf(found_, followers, byArea_, found, voxel);
+  const double depth = depthOf(found), noise = found.samples > 0
+                                                   ? std::min(kNoise * voxel, kNoiseOfDepth * depth)
+                                                   : kNoise * voxel;
+  const bool right = wrong <= noise + kWrong * far;
   tolerance_ = right ? std::min(most, 2 * tolerance_ + most / 16) : tolerance_ / 4;
   if (tolerance_ < most / 64) tolerance_ = 0;
 }
@@ -243,6 +283,8 @@ void MovedContact::keep(const ContactBody& a, const ContactBody& b, const Contac
   free_ = marginOf(a, b, voxel, settings.margin);
   limit_ = found.samples > 0 ? kOfDepth * std::max(0.0, depthOf(found)) : most;
   found_ = found;
+  still_ = kStill * voxel;
+  byArea_ = std::holds_alternative<Foundation>(settings.law);
   kept_ = true;
 }
 
@@ -251,8 +293,9 @@ double MovedContact::error(double voxel) const {
 }
 
 bool MovedContact::holds(const ContactBody& a, const ContactBody& b, double margin) const {
-  if (!kept_ || age_ >= kMostAge) return false;
+  if (!kept_) return false;
   const double far = moved(a, b);
+  if (age_ >= kMostAge && far > still_) return false;
   if (found_.points.empty()) return margin + far <= free_ + tolerance_;
   return far <= std::min(tolerance_, limit_);
 }
@@ -260,7 +303,7 @@ bool MovedContact::holds(const ContactBody& a, const ContactBody& b, double marg
 void MovedContact::move(const ContactBody& a, const ContactBody& b, ContactResult& there) const {
   const Followers followers{motionOf(poses_[0], a.pose), motionOf(poses_[1], b.pose)};
   there = found_;
-  moveWith(followers, there);
+  moveWith(followers, byArea_, there);
 }
 
 }  // namespace cloudcontact

@@ -31,12 +31,12 @@ class MovedContact {
   std::size_t bytesKept() const { return found_.bytesKept(); }
   // By how much a depth of the moved contact may be wrong [m].
   double error(double voxel) const;
-  // Counts a step in which move() answered.
-  void age() { ++age_; }
+  // Counts a step in which move() answered, unless the bodies are where they were searched.
+  void age(const ContactBody& a, const ContactBody& b) { age_ += !(moved(a, b) <= still_); }
   // For files (base/byte_archive.h).
   template <typename Archive>
   void keepIn(Archive& archive) {
-    archive(kept_, tolerance_, limit_, age_, free_);
+    archive(kept_, byArea_, tolerance_, limit_, still_, age_, free_);
     if (!kept_) return;
     for (int side = 0; side < 2; ++side) {
       archive(poses_[side].position, poses_[side].orientation.coeffs());
@@ -57,11 +57,13 @@ class MovedContact {
              const ContactResult& found);
 
   bool kept_ = false;
-  Pose poses_[2];  // at keep()
+  bool byArea_ = false;  // the law is a Foundation
+  Pose poses_[2];        // at keep()
   Reach reaches_[2];
   double tolerance_ = 0;  // [m] 0 to `most`
   double limit_ = 0;      // [m] of the motion, by the depth
-  int age_ = 0;           // steps since keep()
+  double still_ = 0;      // [m] what has moved by less has not moved
+  int age_ = 0;           // steps since keep() in which the pair had moved
   double free_ = 0;       // [m] of an empty contact: the bodies are at least this far apart
   ContactResult found_;
 };

@@ -41,7 +41,7 @@ TEST(Layout, BatchStructures) {
   EXPECT_EQ(offsetof(CcSprout, first), 9 * sizeof(double));
   EXPECT_EQ(offsetof(CcSprout, origin), 12 * sizeof(double));
   EXPECT_EQ(sizeof(CcPatchForce), 104u);
-  EXPECT_EQ(sizeof(CcContactPatch), 504u);
+  EXPECT_EQ(sizeof(CcContactPatch), 512u);
   EXPECT_EQ(offsetof(CcContactPatch, points), 144u);
   EXPECT_EQ(sizeof(CcVoxel), 8u);
 }

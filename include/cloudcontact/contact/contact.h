@@ -70,7 +70,8 @@ enum class Doubt : std::uint8_t { None, FewSamples, Opposed, Deep };
 // they come nearer by c along the normal at its center of pressure, and by c + g.x beside it, and A
 // slides over B by v; x, g and v are in the patch's plane.
 struct PatchTangent {
-  Vec3 along[2] = {Vec3::Zero(), Vec3::Zero()};     // the plane's axes, world, unit
+  Vec3 along[2] = {Vec3::Zero(), Vec3::Zero()};      // the plane's axes, world, unit
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();  // x of the area's center [m]
   Eigen::Matrix2d roll = Eigen::Matrix2d::Zero();   // g to how far the points move in the plane [m]
   Eigen::Vector2d aside = Eigen::Vector2d::Zero();  // c to the same, beside moving with the bodies
   Eigen::Matrix2d tilt = Eigen::Matrix2d::Zero();   // g to the turn of the normal
