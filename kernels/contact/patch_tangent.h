@@ -4,12 +4,12 @@
 // At x from the center of pressure, in the patch's plane, the bodies come nearer by c + g.x: c is
 // their motion along the normal there, and g is how they turn about each other, plus D^T v, as a
 // slide v of A over B meets normals that turn by D x over the patch. With a patch of area a, volume
-// v (area times depth), area's center m, covariance C, and normals that turn by A and -B over it,
+// w (area times depth), area's center m, covariance C, and normals that turn by A and -B over it,
 // D = (A - B) / 2:
-//   v grows by a (c + g.m);
-//   the center of pressure moves by ((C + m m^T) g + m c) a/v. Under a ball that rolls it goes as
+//   w grows by a (c + g.m);
+//   the center of pressure moves by ((C + m m^T) g + m c) a/w. Under a ball that rolls it goes as
 //     far as the ball does; on a thread that turns in its nut g is zero;
-//   the normal turns by D C g a/v - (A + B)/4 v, and with both bodies by how far each decides it.
+//   the normal turns by D C g a/w - (A + B)/4 v, and with both bodies by how far each decides it.
 // Points that follow the bodies, each with its part of k, move the center of pressure and turn the
 // normal as well: those of a face by as much, those of a ball, which are all at one place, not at
 // all. So what they do is taken off here.
@@ -31,7 +31,7 @@ typedef struct {
   float bend[4];    // (A + B) / 4 [1/m]
   float tilt[4];    // g to the turn of the normal
   float trustA;     // of A's turn in the normal's; the rest is B's
-  float perDepth;   // a/v, or 0 of near misses [1/m]
+  float perDepth;   // a/w, or 0 of near misses [1/m]
 } CcPatchTangent;
 
 CC_FN void ccPutMatrix(float* to, CcMatrix2 m) {

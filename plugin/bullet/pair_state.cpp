@@ -208,7 +208,7 @@ void PairState::search(PairStep& step, const btCollisionObjectWrapper& a,
 
 void PairState::adjust(PairStep& step, const btCollisionObjectWrapper& a,
                        const btCollisionObjectWrapper& b) {
-  if (std::exchange(restored, false)) asked = step.query;
+  if (step.isStep && std::exchange(restored, false)) asked = step.query;
   if (step.how == Answer::Moved) return;
   if (step.how != Answer::Shapes) {
     const bool hasLevels = step.query.levels.tolerance > 0;

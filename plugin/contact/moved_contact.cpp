@@ -135,8 +135,8 @@ double moveBy(const PatchMotion& motion, Patch& patch, std::span<ContactPoint> p
 
 // What the patches that touch have together.
 struct Whole {
-  double force = 0, slope = 0, area = 0,
-         volume = 0;                      // volume: as a force, that of before times growth
+  double force = 0, slope = 0, area = 0;  // before the motion
+  double volume = 0;                      // after it, in units in which it was `force` before
   double nearer = 0, nearerAtMiddle = 0;  // times force and area
 
   void add(const Patch& patch, const PatchMotion& motion, std::span<const ContactPoint> points,
