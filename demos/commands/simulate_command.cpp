@@ -372,11 +372,10 @@ void addOptions(CLI::App& command, SimulateOptions& o) {
        [&o](const std::string& t) { o.port = readCount("--port", t, 1, 65535); });
   text("--speed", "with --view: times real time (default 1); 0: as fast as it can", "X",
        [&o](const std::string& t) { o.speed = readNotNegative("--speed", t); });
-  text(
-      "--reuse",
-      "relative motion of a pair up to which its contact is moved instead of searched [voxels] "
-      "(default 0.02); 0: never",
-      "VOXELS", [&o](const std::string& t) { o.common.reuse = readNotNegative("--reuse", t); });
+  text("--reuse",
+       "relative motion of a pair up to which its contact is moved instead of searched [voxels] "
+       "(default 0.02); 0: never",
+       "VOXELS", [&o](const std::string& t) { o.common.reuse = readNotNegative("--reuse", t); });
   command.add_flag("--explain", o.common.explain,
                    "what was modelled of each pair of clouds, what was left out, and its cost");
   command.add_flag("--sleep", o.sleep, "let bodies at rest fall asleep");

@@ -132,8 +132,8 @@ struct PairState {
   WorkBudget::Pair work;
   PairMemory memory;
   PairReport summary;
-  PairQuery asked;     // the last query that was searched in a step
-  MovedContact moved;  // its contact, the one that is kept between steps
+  PairQuery asked;        // the last query that was searched in a step
+  MovedContact moved;     // its contact, the one that is kept between steps
   bool restored = false;  // `moved` is from a file: `asked` is not known before the next query
 
   PairStep now;              // the step

@@ -104,8 +104,7 @@ double closingSpeed(const ContactBody& a, const ContactBody& b) {
 }
 
 FirstTouch::FirstTouch(std::shared_ptr<ContactWorkspace> workspace)
-    : finder_(std::move(workspace)) {
-}
+    : finder_(std::move(workspace)) {}
 
 void FirstTouch::place(double time) {
   moveTo(time - start_, startA_, a_);

@@ -107,8 +107,7 @@ class LaneSearch {
     loadSamples(dir_, finer, lanes_);
     const int divided = target_.measure(finer, lanes_);
     classify(dir_, finer, lanes_);
-    if (finer && candidates_.coarse && dir_.level == kLevels - 1)
-      keepCoarse(*candidates_.coarse);
+    if (finer && candidates_.coarse && dir_.level == kLevels - 1) keepCoarse(*candidates_.coarse);
     const std::size_t touched = candidates_.touched.size(), hits = hits_.size();
     if (dir_.owned) keepTouched(finer);
     for (int i = 0; i < divided; ++i) {

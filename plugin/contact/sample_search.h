@@ -96,7 +96,7 @@ struct Direction : CcWay {
   const SampleSet& samples;
   int level;
   Side side;
-  float voxel;          // of the samples' body [m]
+  float voxel;                         // of the samples' body [m]
   std::size_t needed = kAllSamples;    // hits of both bodies that make the level fine enough
   const OwnedVoxels* owned = nullptr;  // of the samples, where the touched ones are wanted
 
