@@ -158,7 +158,7 @@ std::optional<ContactReport> onDevice(const BatchPair& pair, const ContactQuery&
   ContactReport report = asReport(*batch.find(one)[0], query.motion);
   if (batch.report().onDevice == 0) {
     reportCpuFallback(
-        "the CPU handles half-spaces, near misses and contacts too large for the device");
+        "the CPU handles near misses, edges of shapes and contacts too large for the device");
     return std::nullopt;
   }
   report.backend = Backend::OpenCl;

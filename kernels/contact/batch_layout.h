@@ -5,7 +5,7 @@
 
 #include "kernels/contact/contact_patch.h"
 #include "kernels/contact/hit_bins.h"
-#include "kernels/contact/search.h"
+#include "kernels/contact/shape_depth.h"
 
 #define CC_LEVELS 3
 #define CC_GROUP 128       // work-items that search or sort for one pair
@@ -30,7 +30,8 @@ typedef struct {
   uint brickCount;
 } CcField;
 
-// One direction of a pair: the samples of one body looked up in the other.
+// One direction of a pair: the samples of one body looked up in the other. A shape has no samples:
+// its direction has the other's fields and hits, and is not searched.
 typedef struct {
   CcWay way;
   uint own, other;  // fields
@@ -62,10 +63,11 @@ typedef struct {
   uint firstPatch, patches;  // in the end, of its contacts
 } CcAnswer;
 
-#define CC_NO_ROOM 1   // no room for its hits
-#define CC_NO_BINS 2   // no room for its bins or patches
-#define CC_FINER 8     // needs levels that were not searched
-#define CC_NO_TOUCH 4  // no hits, but a margin: the CPU finds near misses
+#define CC_NO_ROOM 1      // no room for its hits
+#define CC_NO_BINS 2      // no room for its bins or patches
+#define CC_FINER 8        // needs levels that were not searched
+#define CC_NO_TOUCH 4     // no hits, but a margin: the CPU finds near misses
+#define CC_SHAPE_EDGE 16  // an edge of a shape touches: the CPU finds its depth
 
 // A bin: its cell, its pair, and its hits in the pair's list; B's hits begin at `middle`.
 typedef struct {

@@ -15,7 +15,7 @@ uint ccPairSumsOf(__global const CcTerms* terms, __global const CcSums* patches,
   for (uint k = 0; k < count; ++k) {
     if (!ccCounts(&patches[k], forces[k].size, all, terms->voxel, terms->foundation)) continue;
     ccAddPatch(sums, &patches[k], forces[k].size, forces[k].trustA, forces[k].fall,
-               forces[k].lean, 0);
+               forces[k].lean, terms->oneSided);
     kept[counted++] = (ushort)k;
   }
   return counted;
@@ -25,7 +25,8 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccForces(
     __global const CcPair* pairs, __global CcResults* results, __global const CcSums* patches,
     __global CcPatchForce* forces, __global CcWhole* wholes, __global CcListed* listed,
     __global CcPlaced* placed, __global const CcField* fields, __global const CcVoxel* records,
-    __global const int* ints, __global const CcFound* found, __global const float4* hits) {
+    __global const int* ints, __global const CcFound* found, __global const float4* hits,
+    __global const CcShape* shapes, uint firstShape) {
   __local ushort kept[CC_MOST_BINS];
   __local uint count, place;
   __local int sharp;
@@ -39,7 +40,8 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccForces(
   const int level = answers[p].level;
   for (uint k = lid; k < all; k += CC_TEAM) {
     CcFlat flat;
-    forces[first + k] = ccForceOf(&patches[first + k], terms->foundation, 0, 0, &flat);
+    forces[first + k] = ccForceOf(&patches[first + k], terms->foundation, terms->oneSided,
+                                  terms->sampled, &flat);
   }
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
   CcPairSums sums = ccNoPatches();
@@ -47,20 +49,27 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccForces(
   double edged = 0.0, edge = 0.0;
   if (lid == 0) {
     count = ccPairSumsOf(terms, patches + first, forces + first, all, kept, &sums);
-    depth = ccDepthOfPair(&sums, 0, terms->voxel);
-    edged = sums.size > 0.0 ? ccEdgedOnFace(&sums, &depth) : 0.0;
-    sharp = edged > 0.0 && !terms->foundation;
+    depth = ccDepthOfPair(&sums, terms->oneSided, terms->voxel);
+    const int shape = terms->oneSided && !terms->foundation;
+    edged = sums.size > 0.0 ? shape ? ccEdged(&sums, &depth) : ccEdgedOnFace(&sums, &depth) : 0.0;
+    sharp = edged > 0.0 && !terms->foundation && !shape;
+    // The CPU walks along a shape's edges.
+    if (edged > 0.0 && shape && shapes[p - firstShape].solid.edged) {
+      answers[p].failed = CC_SHAPE_EDGE;
+      count = 0;
+    }
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  for (uint side = 0; side < 2; ++side)
+  for (uint side = 0; side < (terms->oneSided ? 0u : 2u); ++side)
     edge = ccMax64(edge, ccEdgeOf(&pairs[p].ways[side], &found[(2 * p + side) * CC_LEVELS],
                                   sharp ? level : CC_LEVELS, &data, hits, &room));
   if (lid == 0) {
-    const int gives = edge > depth.depth;
+    const int gives = !terms->oneSided && edge > depth.depth;
     if (gives) ccTakeEdge(&depth, edged, edge);
     CcWhole whole = ccWholeOf(
         &sums, sums.size, depth.depth,
-        ccDepthError(&sums, &depth, gives ? edged : 0.0, level, 0, terms->voxel), terms);
+        ccDepthError(&sums, &depth, gives ? edged : 0.0, level, terms->oneSided, terms->voxel),
+        terms);
     for (uint i = 0; i < count; ++i)
       whole.shares +=
           ccShareOf(patches[first + kept[i]].area, forces[first + kept[i]].size, &whole);

@@ -42,9 +42,21 @@ void ccLimitHit(__local const CcTask* t, CcFields all, const float* x, const flo
   for (int i = 0; i < 3; ++i) h->position[i] += out * h->own[i];
 }
 
-// Writes the hits among the `count` samples in `tried`; returns their number.
-uint ccTakeWhole(__local const CcTask* t, CcFields all, __local CcFlags* flags, uint count,
-                 __global const uint* tried, CcOut out) {
+// The depth [m] at a sample.
+CcDepth ccDepthAt(__local const CcTask* t, CcFields all, const CcSample* s) {
+  const CcPlace place = ccPlaceIn(t, s->x);
+  const CcVoxel record = ccRecordAt(t, all, &place);
+  CcDepth d = ccPlaneCount(record) == 1u
+                  ? ccPlaneDepth(record, place.r)
+                  : ccDepthAmong(record, all.records + t->other.planes, place.r);
+  d.depth *= t->other.voxel;
+  return d;
+}
+
+// Writes the hits among the `count` samples in `tried`; returns their number. `shape`: as in
+// search.cl.
+uint ccTakeWhole(__local const CcTask* t, CcFields all, __global const CcShape* shape,
+                 __local CcFlags* flags, uint count, __global const uint* tried, CcOut out) {
   ccNoFlags(flags);
   for (uint base = 0; base < count; base += CC_GROUP) {
     const uint k = base + get_local_id(0);
@@ -53,15 +65,10 @@ uint ccTakeWhole(__local const CcTask* t, CcFields all, __local CcFlags* flags, 
     uint is = 0;
     if (k < count) {
       const CcSample s = ccSampleOf(t, all, tried[k]);
-      const CcPlace place = ccPlaceIn(t, s.x);
-      const CcVoxel record = ccRecordAt(t, all, &place);
-      CcDepth d = ccPlaneCount(record) == 1u
-                      ? ccPlaneDepth(record, place.r)
-                      : ccDepthAmong(record, all.records + t->other.planes, place.r);
-      d.depth *= t->other.voxel;
+      const CcDepth d = shape ? ccShapeDepth(shape, s.x) : ccDepthAt(t, all, &s);
       h = ccHitFrom(t, s.x, s.n, &d, s.width);
       is = h.wet.depth1 > 0.0f;
-      ccLimitHit(t, all, s.x, s.n, &d, s.width, &h);
+      if (!shape) ccLimitHit(t, all, s.x, s.n, &d, s.width, &h);
       area = s.area * t->unit;
       depth = d.depth;
     }
@@ -89,34 +96,41 @@ void ccTakeDeep(__local const CcTask* t, CcFields all, uint count, __global cons
   }
 }
 
+// The depth [m] at a part of a sample over an edge, by the record of the sample's middle.
+CcDepth ccDepthOfPart(__local const CcTask* t, CcFields all, const CcSample* s,
+                      const float* aside) {
+  const CcPlace place = ccPlaceIn(t, s->x);
+  float moved[3], r[3];
+  ccTurn(t->dir.way.toOther.turn, aside, moved);
+  for (int i = 0; i < 3; ++i) r[i] = place.r[i] + moved[i];
+  CcDepth d = ccVoxelDepth(ccRecordAt(t, all, &place), all.records + t->other.planes, r);
+  d.depth *= t->other.voxel;
+  return d;
+}
+
 // Makes a hit of one part of a sample over an edge; returns whether it is one.
-uint ccTakePart(__local const CcTask* t, CcFields all, uint sample, int part, CcHit* h, float* area,
-                float* depth) {
+uint ccTakePart(__local const CcTask* t, CcFields all, __global const CcShape* shape, uint sample,
+                int part, CcHit* h, float* area, float* depth) {
   const CcSample s = ccSampleOf(t, all, sample);
   const int along = ccPartsAlong(s.width);
   const float width = s.width / (float)along;
-  float t1[3], t2[3], aside[3], moved[3], x[3], r[3];
+  float t1[3], t2[3], aside[3], x[3];
   ccTangents(s.n, t1, t2);
   ccPartAside(width, along, part, t1, t2, aside);
-  ccTurn(t->dir.way.toOther.turn, aside, moved);
-  const CcPlace place = ccPlaceIn(t, s.x);
-  for (int i = 0; i < 3; ++i) {
-    x[i] = s.x[i] + aside[i];
-    r[i] = place.r[i] + moved[i];
-  }
-  CcDepth d = ccVoxelDepth(ccRecordAt(t, all, &place), all.records + t->other.planes, r);
-  d.depth *= t->other.voxel;
+  for (int i = 0; i < 3; ++i) x[i] = s.x[i] + aside[i];
+  const CcDepth d = shape ? ccShapeDepth(shape, x) : ccDepthOfPart(t, all, &s, aside);
   *h = ccHitFrom(t, x, s.n, &d, width);
   *area = s.area / (float)(along * along) * t->unit;
   *depth = d.depth;
   const uint is = h->wet.depth1 > 0.0f;
-  ccLimitHit(t, all, x, s.n, &d, width, h);
+  if (!shape) ccLimitHit(t, all, x, s.n, &d, width, h);
   return is;
 }
 
 // Writes the parts of samples over an edge as hits, from number `begin` on. Returns their number.
-uint ccTakeParts(__local const CcTask* t, CcFields all, __local uint* ends, __local CcFlags* flags,
-                 uint count, __global const uint* divided, uint begin, CcOut out) {
+uint ccTakeParts(__local const CcTask* t, CcFields all, __global const CcShape* shape,
+                 __local uint* ends, __local CcFlags* flags, uint count,
+                 __global const uint* divided, uint begin, CcOut out) {
   const uint lid = get_local_id(0);
   ccNoFlags(flags);
   for (uint chunk = 0; chunk < count; chunk += CC_GROUP) {
@@ -138,7 +152,7 @@ uint ccTakeParts(__local const CcTask* t, CcFields all, __local uint* ends, __lo
       if (k < total) {
         const uint run = ccRunOf(ends, CC_GROUP, k);
         const uint part = k - (run > 0 ? ends[run - 1] : 0u);
-        is = ccTakePart(t, all, divided[chunk + run], (int)part, &h, &area, &depth);
+        is = ccTakePart(t, all, shape, divided[chunk + run], (int)part, &h, &area, &depth);
       }
       ccFlag(flags, 1, is);
       const uint at = is ? begin + ccFlagged(flags, 0) : t->dir.room;
@@ -172,11 +186,11 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccHits(
   const CcFields all = {floats, records, ints, uints, runs};
   const CcOut out = {hits, keys};
   __global const uint* tried = aside + 3 * (size_t)t.dir.hits;
-  const uint whole = ccTakeWhole(&t, all, &flags, f.whole, tried, out);
+  const uint whole = ccTakeWhole(&t, all, 0, &flags, f.whole, tried, out);
   ccTakeDeep(&t, all, f.deep, tried + t.dir.room, whole, out);
   uint parts = 0;
   if (f.parts > 0u)
-    parts = ccTakeParts(&t, all, ends, &flags, f.parts, tried + 2 * t.dir.room, whole + f.deep,
+    parts = ccTakeParts(&t, all, 0, ends, &flags, f.parts, tried + 2 * t.dir.room, whole + f.deep,
                         out);
   if (get_local_id(0) == 0) {
     found[d * CC_LEVELS + (uint)level].whole = whole;
@@ -200,7 +214,7 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccHitsCoarse
   const CcFields all = {floats, records, ints, uints, runs};
   const CcOut out = {hits, keys};
   __global const uint* tried = aside + 3 * (size_t)t.dir.hits;
-  const uint whole = ccTakeWhole(&t, all, &flags, f.whole, tried, out);
+  const uint whole = ccTakeWhole(&t, all, 0, &flags, f.whole, tried, out);
   ccTakeDeep(&t, all, f.deep, tried + t.dir.room, whole, out);
   if (get_local_id(0) == 0) own->whole = whole;
 }

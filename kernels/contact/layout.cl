@@ -20,5 +20,6 @@ __kernel void ccLayout(__global const CcPair* pairs, __global const CcDirection*
   out[16] = sizeof(CcListed);
   out[17] = sizeof(CcFacing);
   out[18] = sizeof(CcPlaced);
+  out[19] = sizeof(CcShape);
   out[11] = (uint)((__global const char*)&sums->deepest - (__global const char*)sums);
 }

@@ -4,6 +4,9 @@
 // One sample in five is a hit, so this kernel lists those that may be and another computes hits
 // (hits.cl). On an M16 thread a third of the samples lie where several planes meet; these wait
 // until there are enough of them for all work-items.
+//
+// `shape`: the other body, if it is a plain solid instead of a field; a constant null in kernels of
+// two clouds.
 
 #define CC_SOURCES 4  // sources of samples of a work-item at a time
 #define CC_AT_ONCE 4  // samples that a work-item reads at once
@@ -78,11 +81,14 @@ CcVoxel ccRecordAt(__local const CcTask* t, CcFields all, const CcPlace* place) 
 // A source of samples: on the coarsest level a brick that may touch, otherwise the cell of a sample
 // of the coarser level.
 uint2 ccRunFrom(__local const CcTask* t, uint i, uint sources, CcFields all,
-                __global const uint* nearby) {
+                __global const CcShape* shape, __global const uint* nearby) {
   if (i >= sources) return (uint2)(0, 0);
   if (t->level == CC_LEVELS - 1) {
     const float4 b = all.floats[t->own.bricks + i];
     const float center[3] = {b.x, b.y, b.z};
+    if (shape)
+      return ccMayTouchShape(shape, center, b.w, t->own.voxel) ? all.runs[t->own.runs + i]
+                                                               : (uint2)(0, 0);
     const CcBricks bricks = {t->other.nx, t->other.ny, t->other.nz};
     const int touches =
         ccBrickTouches(&t->dir.way.toOther, center, b.w, t->own.voxel / t->other.voxel, bricks,
@@ -159,6 +165,34 @@ uint ccLookUpMany(__local const CcTask* t, CcFields all, uint k, CcVoxel record,
                         ccDepthAmong(record, planes, place.r), alone);
 }
 
+// The result for a sample in a shape, whose surface counts as one plane.
+uint ccLookUpInShape(__local const CcTask* t, CcFields all, __global const CcShape* shape, uint k,
+                     const CcSample* s) {
+  const CcDepth d = ccShapeDepth(shape, s->x);
+  float other[3];
+  ccTurnBack(t->dir.way.turnToOther, d.normal, other);
+  uint is = 0u;
+  // Of one plane neither the record's planes nor the place are read.
+  const CcVoxel plane = ccPackPlanes(0, 1, 0);
+  const CcPlace nowhere = {0, 0, {0.0f, 0.0f, 0.0f}};
+  if (!t->last && ccNearBesideSample(t, all, all.records, k, plane, &nowhere, &d))
+    is = CC_SEARCH_FINER;
+  if (t->level == 0 && ccShapeEdgeWithin(shape, s->x, s->n, s->width, t->own.voxel, &d))
+    return is | CC_DIVIDED;
+  const int may = (ccKindOf(&t->limits, plane, d.depth, s->width) & CC_WET) &&
+                  ccMayHit(&t->limits, d.depth, ccDot(s->n, other), s->width);
+  return is | (may ? CC_MAY_HIT : 0u);
+}
+
+void ccLookUpAllInShape(__local const CcTask* t, CcFields all, __global const CcShape* shape,
+                        __local CcWindow* w, uint some) {
+  for (uint k = get_local_id(0); k < some; k += CC_GROUP) {
+    const CcSample s = ccSampleOf(t, all, w->samples[k]);
+    w->is[k] = (uchar)ccLookUpInShape(t, all, shape, w->samples[k], &s);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+}
+
 // Looks up the window's samples.
 void ccLookUpAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uint some,
                  int alone) {
@@ -202,10 +236,13 @@ typedef struct {
 } CcLists;
 
 // Looks up the window's samples and lists their numbers.
-void ccLookUpWindow(__local const CcTask* t, CcFields all, __local CcWindow* w, uint some,
-                    CcLists lists, int alone) {
+void ccLookUpWindow(__local const CcTask* t, CcFields all, __global const CcShape* shape,
+                    __local CcWindow* w, uint some, CcLists lists, int alone) {
   const uint lid = get_local_id(0), room = t->dir.room;
-  ccLookUpAll(t, all, w, some, alone);
+  if (shape)
+    ccLookUpAllInShape(t, all, shape, w, some);
+  else
+    ccLookUpAll(t, all, w, some, alone);
   uint first = 0, second = 0;
   for (uint j = 0; j * CC_GROUP < some; ++j) {
     const uint k = j * CC_GROUP + lid;
@@ -252,7 +289,7 @@ void ccList(__local CcWindow* w, const uint2* runs, uint before, uint begin) {
   }
 }
 
-// Sets the group's data for direction d.
+// Sets the group's data for direction d. Where the other body is a shape, `other` is not used.
 void ccBegin(__local CcTask* t, int level, int last, uint d, __global const CcField* fields,
              __global const CcPair* pairs) {
   if (get_local_id(0) == 0) {
@@ -271,9 +308,10 @@ void ccBegin(__local CcTask* t, int level, int last, uint d, __global const CcFi
 }
 
 // Searches the level of a direction. `alone` as for ccLookUpPlanes().
-void ccSearchLevel(__local CcTask* t, __local CcWindow* w, CcFields all, __global CcFound* found,
+void ccSearchLevel(__local CcTask* t, __local CcWindow* w, CcFields all,
+                   __global const CcShape* shape, uint d, __global CcFound* found,
                    __global uint* nearby, __global uint* aside, int level, int alone) {
-  const uint lid = get_local_id(0), d = get_group_id(0);
+  const uint lid = get_local_id(0);
   if (lid == 0) w->tried = w->near = w->below = w->over = 0;
   barrier(CLK_LOCAL_MEM_FENCE);
   __global const uint* from = nearby + t->dir.nearby[level == 0];
@@ -287,7 +325,7 @@ void ccSearchLevel(__local CcTask* t, __local CcWindow* w, CcFields all, __globa
     uint2 run[CC_SOURCES];
     uint mine = 0;
     for (uint s = 0; s < CC_SOURCES; ++s) {
-      run[s] = ccRunFrom(t, chunk + CC_SOURCES * lid + s, sources, all, from);
+      run[s] = ccRunFrom(t, chunk + CC_SOURCES * lid + s, sources, all, shape, from);
       mine += run[s].y;
     }
     const uint upTo = ccSumUpTo(w->sums, mine);
@@ -303,7 +341,7 @@ void ccSearchLevel(__local CcTask* t, __local CcWindow* w, CcFields all, __globa
         w->manyCount = 0;
       }
       barrier(CLK_LOCAL_MEM_FENCE);
-      ccLookUpWindow(t, all, w, min((uint)CC_WINDOW, total - begin), lists, alone);
+      ccLookUpWindow(t, all, shape, w, min((uint)CC_WINDOW, total - begin), lists, alone);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }
@@ -329,7 +367,7 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
     return;
   const CcFields all = {floats, records, ints, uints, runs};
   ccBegin(&t, level, last, d, fields, pairs);
-  ccSearchLevel(&t, &w, all, found, nearby, aside, level, 0);
+  ccSearchLevel(&t, &w, all, 0, d, found, nearby, aside, level, 0);
 }
 
 // ccSearch() of the coarsest level alone, which divides no samples and looks for no finer ones.
@@ -345,5 +383,5 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearchCoar
   if (d == 0 && lid < CC_COUNTERS) results->counters[lid] = 0u;
   const CcFields all = {floats, records, ints, uints, runs};
   ccBegin(&t, CC_LEVELS - 1, 1, d, fields, pairs);
-  ccSearchLevel(&t, &w, all, found, nearby, aside, CC_LEVELS - 1, 1);
+  ccSearchLevel(&t, &w, all, 0, d, found, nearby, aside, CC_LEVELS - 1, 1);
 }

@@ -1,6 +1,9 @@
 // Sums bins, a team for each bin and half a team for the hits of each body. Each work-item weighs
 // one hit. Then each sums one row over all hits: a product of two numbers times (1, x, y, z), and
 // one more number. These are the sums of hit_sums.h with the same products.
+//
+// A shape has no samples: each hit of the cloud also stands for the shape's surface. Then both halves
+// take all hits, and the shape's half takes the other body's normals for its own.
 
 #define CC_HALF (CC_TEAM / 2)
 
@@ -86,15 +89,18 @@ typedef struct {
   __global const uint* list;  // their numbers, bin by bin
   size_t room;
   uint below, above;  // hits from `below` to `above` are below the band
+  int mirrored;       // the half of a shape
 } CcSideHits;
 
 CcSideHits ccSideHitsOf(uint pair, uint side, int level, __global const CcPair* pairs,
                         __global const CcFound* found, __global const float4* hits,
                         __global const uint* order) {
-  __global const CcDirection* way = &pairs[pair].ways[side];
-  __global const CcFound* f = &found[(2 * pair + side) * CC_LEVELS + (uint)level];
+  __global const CcTerms* terms = &pairs[pair].terms;
+  const uint from = terms->oneSided ? (uint)terms->sampled : side;
+  __global const CcDirection* way = &pairs[pair].ways[from];
+  __global const CcFound* f = &found[(2 * pair + from) * CC_LEVELS + (uint)level];
   const CcSideHits s = {hits + 4 * (size_t)way->hits, order + pairs[pair].ways[0].hits, way->room,
-                        f->whole, f->whole + f->deep};
+                        f->whole, f->whole + f->deep, from != side};
   return s;
 }
 
@@ -104,8 +110,13 @@ typedef struct {
 } CcComing;
 
 CcComing ccFetchHit(const CcSideHits* s, uint at) {
-  const CcComing c = {s->hits[at], s->hits[s->room + at], s->hits[2 * s->room + at],
-                      s->hits[3 * s->room + at]};
+  CcComing c = {s->hits[at], s->hits[s->room + at], s->hits[2 * s->room + at],
+                s->hits[3 * s->room + at]};
+  if (s->mirrored) {
+    const float4 q = c.q;
+    c.q = (float4)(c.r.xyz, q.w);
+    c.r = (float4)(q.xyz, c.r.w);
+  }
   return c;
 }
 
@@ -176,8 +187,9 @@ double ccTurningOf(__local const double* part, int j) {
   return part[CC_TURNING + 3 * q + p] - part[CC_TURNING + 3 * p + q];
 }
 
-// The n-th number of CcSums, from both bodies' parts; `unit4` [m^4].
-double ccSumOf(int n, __local const double* parts, double unit4) {
+// The n-th number of CcSums, from both bodies' parts; `unit4` [m^4]. `only`: the body with samples,
+// or -1. Of the other's part then only its pushes count.
+double ccSumOf(int n, __local const double* parts, double unit4, int only) {
   __local const double *a = parts, *b = parts + CC_SUMS_ROOM;
   const int ofA = n < CC_SIDES + CC_SIDE_NUMBERS, k = n - CC_SIDES - (ofA ? 0 : CC_SIDE_NUMBERS);
   if (n < CC_AREA) {
@@ -185,6 +197,13 @@ double ccSumOf(int n, __local const double* parts, double unit4) {
       return 0.0 + unit4 * ccTurningOf(ofA ? a : b, k - CC_MOMENT);
     const int at = k == CC_DEPTHS ? CC_PRESSED : n;
     return ofA ? a[at] : b[at];
+  }
+  if (only >= 0) {
+    __local const double* own = only == 0 ? a : b;
+    return n == CC_OPENING ? 0.0 + unit4 * (own[CC_OPENS_BY] + own[CC_OPENS_BY + 1] +
+                                            own[CC_OPENS_BY + 2])
+           : n == CC_HITS ? a[n]
+                          : own[n];
   }
   if (n == CC_OPENING) {
     a += CC_OPENS_BY, b += CC_OPENS_BY;
@@ -212,17 +231,19 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccSums(
   const double unit2 = cell * cell, unit4 = unit2 * unit2;
   const CcSideHits s = ccSideHitsOf(p, (uint)side, level, pairs, found, hits, order);
   const CcRow r = ccRowOf(row, side, cell);
+  const int oneSided = pairs[p].terms.oneSided, only = oneSided ? pairs[p].terms.sampled : -1;
   uint b = get_group_id(0) % CC_TEAMS_A_PAIR;
   CcBin bin = bins[b];
-  uint begin = side == 0 ? bin.begin : bin.middle, end = side == 0 ? bin.middle : bin.end;
+  uint begin = oneSided || side == 0 ? bin.begin : bin.middle,
+       end = oneSided || side == 1 ? bin.end : bin.middle;
   // Without a hit, reads another of the pair's hits, which is not used.
   CcComing coming = ccFetchHit(&s, begin + (uint)row < end ? s.list[begin + (uint)row] : 0u);
   for (; b < all; b += CC_TEAMS_A_PAIR) {
     const CcBin next = bins[min(b + CC_TEAMS_A_PAIR, all - 1u)];
     const double origin[3] = {(bin.cell[0] + 0.5) * cell, (bin.cell[1] + 0.5) * cell,
                               (bin.cell[2] + 0.5) * cell};
-    const uint nextBegin = side == 0 ? next.begin : next.middle,
-               nextEnd = side == 0 ? next.middle : next.end;
+    const uint nextBegin = oneSided || side == 0 ? next.begin : next.middle,
+               nextEnd = oneSided || side == 1 ? next.end : next.middle;
     CcRowSums adding = {0.0, {0.0, 0.0, 0.0}, row == CC_HALF - 1 ? -1e30f : 0.0};
     ccWeighHit(&coming, origin, perUnit, weighed + lane * CC_HIT_NUMBERS);
     const uint nextAt = nextBegin + (uint)row < nextEnd ? s.list[nextBegin + (uint)row] : 0u;
@@ -230,7 +251,8 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccSums(
     ccAddHits(&adding, &r, weighed + side * CC_HALF * CC_HIT_NUMBERS,
               min(end - begin, (uint)CC_HALF), row);
     coming = ccFetchHit(&s, nextAt);
-    const uint most = max(bin.middle - bin.begin, bin.end - bin.middle);
+    const uint most = oneSided ? bin.end - bin.begin
+                               : max(bin.middle - bin.begin, bin.end - bin.middle);
     for (uint done = CC_HALF; done < most; done += CC_HALF) {
       barrier(CLK_LOCAL_MEM_FENCE);
       if (begin + done + (uint)row < end) {
@@ -248,7 +270,7 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccSums(
     barrier(CLK_LOCAL_MEM_FENCE);
     __global double* to = sums + (size_t)b * CC_SUMS_NUMBERS;
     for (int n = lane; n < CC_SUMS_NUMBERS; n += CC_TEAM)
-      if (n != CC_DEEP_PRESSED) to[n] = ccSumOf(n, parts, unit4);
+      if (n != CC_DEEP_PRESSED) to[n] = ccSumOf(n, parts, unit4, only);
     if (lane == CC_HALF) to[CC_DEEP_PRESSED] = ccAddDeep(&s, begin, end, parts[CC_DEEP_PRESSED]);
     bin = next;
     begin = nextBegin;

@@ -148,7 +148,7 @@ void LookAhead::searchOnDevice() {
     tasks_.clear();
     BatchReport report = device_->report();
     report.nearMisses += apart;
-    report.shapes = others - apart;
+    report.shapes += others - apart;
     report.onCpu = others + searches_.size() - report.onDevice;
     deviceReport_ += report;
     ++deviceSteps_;

@@ -81,8 +81,7 @@ void HitSearch::searchSide(const Query& query, Side side, int level, HitColumns&
                       neededOf(level, query.enough),
                       query.owned[side]};
   if (!other.shape) return searchField(dir, dataOf(other), candidates_[side], hits, shares_);
-  const Pose grid = own.pose * gridPose(samples.cloud());
-  searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates_[side], hits, shares_);
+  searchShape(dir, *other.shape, toShapeOf(own, other), candidates_[side], hits, shares_);
 }
 
 int HitSearch::searchLevels(const Query& query, HitColumns& hits) {

@@ -46,7 +46,7 @@ struct NearMissSearch::OneSide {
       const FieldData& field = other->field->data();
       return visit(FieldTarget{dir, field, static_cast<float>(field.cloud().voxelSize())});
     }
-    const Pose toShape = other->pose.inverse() * own->pose * gridPose(own->field->data().cloud());
+    const Pose toShape = toShapeOf(*own, *other);
     visit(ShapeTarget{dir, *other->shape, toShape, dir.samples.levels[dir.level].samples});
   }
 };

@@ -3,11 +3,16 @@
 
 #include <algorithm>
 
+#include "law/kernel_solid.h"
+
 namespace cloudcontact {
 
 namespace {
 
 constexpr double kMostMargin = 2;  // [voxels] the band has no planes farther outside
+// [voxels] The most that a half-space tells of a depth or a gap, so that floats and the cells of
+// hits (kernels/contact/hit_bins.h) have room for it.
+constexpr double kDeepest = 1e9;
 
 void rotation(const Eigen::Quaterniond& turn, double scale, float* rows) {
   const Eigen::Matrix3d m = turn.toRotationMatrix() * scale;
@@ -42,6 +47,33 @@ const HalfSpace* planeOf(const ContactBody& body) {
 
 Pose gridPose(const Cloud& cloud) {
   return {Eigen::Quaterniond::Identity(), cloud.origin()};
+}
+
+Pose toShapeOf(const ContactBody& own, const ContactBody& other) {
+  return other.pose.inverse() * own.pose * gridPose(own.field->cloud());
+}
+
+std::optional<CcShape> plainShape(const Solid& shape, const Pose& toShape, double voxel) {
+  const std::optional<CcSolid> solid = plainSolid(shape);
+  if (!solid) return {};
+  CcShape s{};
+  s.solid = *solid;
+  const Eigen::Matrix3d turn = voxel * toShape.orientation.toRotationMatrix();
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) s.toSolid.turn[3 * i + k] = turn(i, k);
+    s.toSolid.shift[i] = toShape.position[i];
+  }
+  if (const auto* const plane = std::get_if<HalfSpace>(&shape)) {
+    const double most = kDeepest * voxel;
+    s.offset = static_cast<float>(
+        std::clamp(plane->offset - plane->normal.dot(toShape.position), -most, most));
+    const Vec3 slope = voxel * (toShape.orientation.conjugate() * plane->normal);
+    for (int i = 0; i < 3; ++i) {
+      s.slope[i] = static_cast<float>(slope[i]);
+      s.normal[i] = static_cast<float>(plane->normal[i]);
+    }
+  }
+  return s;
 }
 
 CcWay wayOf(const ContactBody& own, const ContactBody& other, const PairFrame& frame) {

@@ -6,6 +6,9 @@
 
 #include "contact/hit_columns.h"
 #include "kernels/contact/look_up.h"
+#include "kernels/contact/shape_depth.h"
+
+#include <optional>
 
 namespace cloudcontact {
 
@@ -23,6 +26,10 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b);
 CcWay wayOf(const ContactBody& own, const ContactBody& other, const PairFrame& frame);
 // The pose of a cloud's grid in its body [m].
 Pose gridPose(const Cloud& cloud);
+// From the grid of the samples of `own`, in meters, into the frame of `other`, a shape.
+Pose toShapeOf(const ContactBody& own, const ContactBody& other);
+// A shape that is a plain solid, as samples of a cloud with these voxels [m] see it.
+std::optional<CcShape> plainShape(const Solid& shape, const Pose& toShape, double voxel);
 // ContactSettings::margin [m], as far as the bodies are to be seen: a plane without a limit, others
 // to the width of a field's band. A plane faces the same way from everywhere; the nearest place of
 // another shape is not where a body that passes by would touch it. `voxel`: of the pair's frame

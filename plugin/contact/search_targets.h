@@ -19,14 +19,12 @@
 #include <limits>
 
 #include "contact/field_lanes.h"
+#include "contact/pair_frame.h"
 #include "contact/sheet_side.h"
+#include "kernels/contact/shape_depth.h"
 #include "law/triangle_surface.h"
 
 namespace cloudcontact::search {
-
-// [voxels] The most that a half-space tells of a depth or a gap, so that floats and the cells of
-// hits (kernels/contact/hit_bins.h) have room for it.
-constexpr double kDeepest = 1e9;
 
 struct FieldTarget {
   const Direction& dir;
@@ -64,8 +62,6 @@ struct FieldTarget {
   }
 };
 
-// Cosine of 26 deg: normals that differ by more over a sample meet at an edge.
-constexpr float kOneFace = 0.9f;
 constexpr double kSurelyAway = 1 - 1e-9;  // of a distance, for rounding
 // [voxels] What is farther in front of a sheet touches it from no side.
 constexpr double kInFront = 4;
@@ -115,6 +111,7 @@ struct ShapeTarget {
   const Pose& toShape;  // from the samples' grid, meters
   const SampleColumns& samples;
   const TriangleSurface* surface = surfaceOf(shape);  // null: none
+  const std::optional<CcShape> plain = plainShape(shape, toShape, dir.body.cloud().voxelSize());
 
   const FieldData* field() const { return nullptr; }
 
@@ -124,6 +121,10 @@ struct ShapeTarget {
   // At a place of sample k. `hint`: of the last place, for triangles; 0 at first.
   std::pair<float, V3> lookUp(const V3& grid, const SampleColumns& of, std::uint32_t k,
                               std::uint32_t& hint) const {
+    if (plain) {
+      const CcDepth d = ccShapeDepth(&*plain, grid.data());
+      return {d.depth, V3(d.normal[0], d.normal[1], d.normal[2])};
+    }
     const SolidPoint p = surface ? onSurface(grid, of, k, hint) : solidAt(shape, inShape(grid));
     return {static_cast<float>(p.depth), p.normal.cast<float>()};
   }
@@ -186,11 +187,14 @@ struct ShapeTarget {
     double away = 0;  // of the last place from the shape [m]
     for (std::size_t i = 0; i < bricks.runs.size(); ++i) {
       const float reach = (bricks.radius[i] + aside + 0.5f) * dir.voxel;
-      const Vec3 x = inShape({bricks.x[i], bricks.y[i], bricks.z[i]});
+      const V3 middle(bricks.x[i], bricks.y[i], bricks.z[i]);
+      const Vec3 x = inShape(middle);
       const double left = kSurelyAway * away - reach;
       if (distance && left > 0 && (x - last).squaredNorm() < left * left) continue;
       if (beyond.isOutside(x, reach)) continue;
-      const double depth = surface ? surface->at(x, hint).depth : solidAt(shape, x).depth;
+      const double depth = plain     ? ccPointInShape(&*plain, middle.data()).depth
+                           : surface ? surface->at(x, hint).depth
+                                     : solidAt(shape, x).depth;
       last = x;
       away = -depth;
       if (depth < 0) beyond.add(x);
@@ -212,8 +216,8 @@ struct ShapeTarget {
     const CcVoxel onePlane = ccPackPlanes(0, 1, 0);
     std::fill_n(lanes.a, lanes.count, onePlane.a);
     std::fill_n(lanes.b, lanes.count, onePlane.b);
-    if (const HalfSpace* const plane = std::get_if<HalfSpace>(&shape)) {
-      measurePlane(*plane, lanes);
+    if (plain && plain->solid.kind == CC_HALF_SPACE) {
+      measureHalfSpace(lanes);
       return 0;
     }
     int divided = 0;
@@ -229,22 +233,15 @@ struct ShapeTarget {
     return divided;
   }
 
-  // The depth is linear in the grid's coordinates.
-  void measurePlane(const HalfSpace& plane, Lanes& lanes) const {
-    const V3 n = plane.normal.cast<float>();
-    const V3 slope =
-        (dir.body.cloud().voxelSize() * (toShape.orientation.conjugate() * plane.normal))
-            .cast<float>();
-    const double most = kDeepest * dir.body.cloud().voxelSize();
-    const float offset = static_cast<float>(
-        std::clamp(plane.offset - plane.normal.dot(toShape.position), -most, most));
+  void measureHalfSpace(Lanes& lanes) const {
     for (int i = 0; i < lanes.count; ++i) {
       const std::uint32_t k = lanes.sample[i];
-      lanes.depth[i] =
-          offset - (slope.x() * samples.x[k] + slope.y() * samples.y[k] + slope.z() * samples.z[k]);
-      lanes.nx[i] = n.x();
-      lanes.ny[i] = n.y();
-      lanes.nz[i] = n.z();
+      const float x[3] = {samples.x[k], samples.y[k], samples.z[k]};
+      const CcDepth d = ccHalfSpaceDepth(&*plain, x);
+      lanes.depth[i] = d.depth;
+      lanes.nx[i] = d.normal[0];
+      lanes.ny[i] = d.normal[1];
+      lanes.nz[i] = d.normal[2];
     }
   }
 
@@ -252,13 +249,16 @@ struct ShapeTarget {
   bool edgeWithin(std::uint32_t k, float depth, const V3& normal, std::uint32_t& hint) const {
     if (dir.level > 0 || (surface && !surface->hasJumps())) return false;
     const SurfaceSample s = samples[k];
-    const float half = CC_HALF_DIAGONAL * s.width;
-    if (s.width <= CC_WIDE || std::abs(depth) > half * dir.voxel) return false;
+    const float half = ccHalfOverEdge(s.width, depth, dir.voxel);
+    if (!(half > 0)) return false;
     float t1[3], t2[3];
     ccTangents(s.normal, t1, t2);
-    const Eigen::Map<const V3> u(t1), v(t2), middle(s.position);
-    for (const V3& aside : {V3(half * u), V3(-half * u), V3(half * v), V3(-half * v)})
-      if (lookUp(middle + aside, samples, k, hint).second.dot(normal) < kOneFace) return true;
+    for (int side = 0; side < 4; ++side) {
+      V3 at;
+      ccBesideSample(s.position, half, side, t1, t2, at.data());
+      const V3 beside = lookUp(at, samples, k, hint).second;
+      if (ccDot(beside.data(), normal.data()) < CC_ONE_FACE) return true;
+    }
     return false;
   }
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "contact/contact_builder.h"
+#include "law/kernel_solid.h"
 
 #if defined(CLOUDCONTACT_OPENCL)
 
@@ -109,7 +110,7 @@ DeviceSearch::State::State(const BatchSettings& given)
   for (std::size_t k = 0; k < kParts; ++k) parts.emplace_back(device, fields);
 }
 
-// Lists the tasks that the device may answer.
+// Lists the tasks that the device may answer: first those of two clouds, as OpenClBatch has it.
 void DeviceSearch::State::take(std::span<SearchTask> tasks) {
   devicePairs.clear();
   deviceTasks.clear();
@@ -122,20 +123,25 @@ void DeviceSearch::State::take(std::span<SearchTask> tasks) {
     lastIndex[side] =
         opencl::guarded(device->name(), [&] { return fields->indexOf(body.field->data()); });
   };
-  for (SearchTask& task : tasks) {
-    task.answered = false;
-    if (!takes(task)) {
-      ++report.shapes;
-      continue;
-    }
-    if (!task.a->field || !task.b->field)  // throws the right message
+  const auto add = [&](SearchTask& task) {
+    const bool shapes = task.a->shape || task.b->shape;
+    if (shapes || !task.a->field || !task.b->field)  // throws the right message
       task.finder->builder().begin(*task.a, *task.b, *task.settings, *task.found);
-    findField(*task.a, 0);
-    findField(*task.b, 1);
+    findField(task.a->field ? *task.a : *task.b, 0);
+    findField(task.b->field ? *task.b : *task.a, 1);
     devicePairs.push_back(
         {task.a, task.b, task.settings, {}, *task.room, {lastIndex[0], lastIndex[1]}});
     deviceTasks.push_back(&task);
-  }
+  };
+  for (const bool shapes : {false, true})
+    for (SearchTask& task : tasks) {
+      if ((task.a->shape || task.b->shape) != shapes) continue;
+      task.answered = false;
+      if (takes(task))
+        add(task);
+      else
+        ++report.shapes;
+    }
   opencl::guarded(device->name(), [&] { fields->sendTable(); });
 }
 
@@ -240,9 +246,10 @@ void DeviceSearch::State::readAnswers(Part& part) {
   for (std::size_t i = 0; i < (failed > 0 ? part.count : 0); ++i) {
     const int why = failedOf(part, i);
     if (!why) continue;
-    ++(why & CC_FINER      ? part.report.finer
-       : why & CC_NO_TOUCH ? part.report.nearMisses
-                           : part.report.noRoom);
+    ++(why & CC_FINER        ? part.report.finer
+       : why & CC_NO_TOUCH   ? part.report.nearMisses
+       : why & CC_SHAPE_EDGE ? part.report.shapes
+                             : part.report.noRoom);
   }
 }
 
@@ -349,7 +356,8 @@ namespace cloudcontact {
 DeviceSearch::~DeviceSearch() = default;
 
 bool DeviceSearch::takes(const SearchTask& task) {
-  return !task.apart && !task.a->shape && !task.b->shape &&
+  const auto has = [](const ContactBody& body) { return !body.shape || plainSolid(*body.shape); };
+  return !task.apart && has(*task.a) && has(*task.b) && !(task.a->shape && task.b->shape) &&
          !TouchedMatter::wanted(*task.a, *task.b);
 }
 

@@ -39,9 +39,9 @@ class DeviceSearch {
   ~DeviceSearch();
 
   const std::string& device() const;  // name
-  // Whether there are kernels for such a pair: two clouds that touched last,
-  // without tissues or base vectors. The
-  // device still leaves it out where the bodies do not touch, or it lacks the memory.
+  // Whether there are kernels for such a pair, which touched last: two clouds, or a cloud and a
+  // plain solid (law/kernel_solid.h), without tissues or base vectors. The device still leaves it
+  // out where the bodies do not touch, an edge of the solid does, or it lacks the memory.
   static bool takes(const SearchTask& task);
   // Sets `answered` of all tasks. `meanwhile` runs while the device works. Throws as
   // ContactBatch::find(); then no task counts as answered.

@@ -51,11 +51,12 @@ void OpenClBatch::run(const Launch& launch, const Arguments&... arguments) {
 }
 
 using B = OpenClBatch;
-constexpr std::array<DeviceBuffer OpenClBatch::*, 25> OpenClBatch::kBuffers = {
-    &B::pairs_,  &B::results_, &B::found_,  &B::nearby_,   &B::hits_,    &B::aside_,  &B::keys_,
-    &B::slots_,  &B::order_,   &B::bins_,   &B::sums_,     &B::sprouts_, &B::queues_, &B::scratch_,
-    &B::grown_,  &B::patches_, &B::forces_, &B::wholes_,   &B::listed_,  &B::placed_, &B::heaviest_,
-    &B::around_, &B::places_,  &B::facing_, &B::neighbors_};
+constexpr std::array<DeviceBuffer OpenClBatch::*, 26> OpenClBatch::kBuffers = {
+    &B::pairs_,     &B::results_, &B::found_,    &B::nearby_,  &B::hits_,   &B::aside_,
+    &B::keys_,      &B::slots_,   &B::order_,    &B::bins_,    &B::sums_,   &B::sprouts_,
+    &B::queues_,    &B::scratch_, &B::grown_,    &B::patches_, &B::forces_, &B::wholes_,
+    &B::listed_,    &B::placed_,  &B::heaviest_, &B::around_,  &B::places_, &B::facing_,
+    &B::neighbors_, &B::shapes_};
 
 std::size_t OpenClBatch::bytes() const {
   std::size_t sum = 0;
@@ -77,12 +78,20 @@ void OpenClBatch::reserve(std::span<const DevicePair> pairs) {
   devicePairs_ = pairs;
   count_ = pairs.size();
   enqueue([&] {
-    hostPairs_ = static_cast<CcPair*>(sent_.reserve(*device_, count_ * sizeof(CcPair)));
+    const auto first = std::find_if(pairs.begin(), pairs.end(),
+                                    [](const DevicePair& pair) { return pair.shape(); });
+    clouds_ = static_cast<std::size_t>(first - pairs.begin());
+    hostPairs_ = static_cast<CcPair*>(
+        sent_.reserve(*device_, count_ * sizeof(CcPair) + shapes() * sizeof(CcShape)));
     hitRoom_ = nearbyRoom_ = 0;
     offsets_.resize(2 * count_);
     for (std::size_t k = 0; k < 2 * count_; ++k) {
       const DevicePair& pair = pairs[k / 2];
       Offsets& to = offsets_[k];
+      if (pair.shape() && k % 2 == 1) {
+        to = offsets_[k - 1];
+        continue;
+      }
       to.hits = static_cast<std::uint32_t>(hitRoom_);
       hitRoom_ += pair.room;
       const std::uint32_t* counts = fields_->counts(pair.fields[k % 2]);
@@ -99,10 +108,16 @@ void OpenClBatch::reserve(std::span<const DevicePair> pairs) {
 void OpenClBatch::writePose(std::size_t k) {
   const DevicePair& pair = devicePairs_[k];
   hostPairs_[k] = pairOf(pair);
+  if (pair.shape()) {
+    const ContactBody& cloud = pair.a->shape ? *pair.b : *pair.a;
+    hostShapes()[k - clouds_] = *plainShape(*pair.shape()->shape, toShapeOf(cloud, *pair.shape()),
+                                            cloud.field->cloud().voxelSize());
+  }
   for (std::size_t side = 0; side < 2; ++side) {
     const Offsets& offsets = offsets_[2 * k + side];
     CcDirection& d = hostPairs_[k].ways[side];
-    d.way = side == 0 ? wayOf(*pair.a, *pair.b, pair.frame) : wayOf(*pair.b, *pair.a, pair.frame);
+    const ContactBody &own = side == 0 ? *pair.a : *pair.b, &other = side == 0 ? *pair.b : *pair.a;
+    if (own.field) d.way = wayOf(own, other, pair.frame);
     d.own = pair.fields[side];
     d.other = pair.fields[1 - side];
     d.hits = offsets.hits;
@@ -116,6 +131,12 @@ void OpenClBatch::send(BatchReport& report) {
   queue_.enqueueWriteBuffer(pairs_.reserve(*device_, all), CL_FALSE, 0, all, sent_.data(), nullptr,
                             device_->note("poses sent"));
   report.sent += all;
+  const std::size_t ofShapes = shapes() * sizeof(CcShape);
+  shapes_.reserve(*device_, std::max(ofShapes, sizeof(CcShape)));
+  if (ofShapes == 0) return;
+  queue_.enqueueWriteBuffer(shapes_.buffer(), CL_FALSE, 0, ofShapes, hostShapes(), nullptr,
+                            device_->note("poses sent"));
+  report.sent += ofShapes;
 }
 
 void OpenClBatch::reserveResults() {
@@ -128,7 +149,8 @@ void OpenClBatch::reserveResults() {
 
 void OpenClBatch::searchLevels() {
   Device& d = *device_;
-  const std::size_t hits = std::max<std::size_t>(hitRoom_, 1), items = 2 * count_ * CC_GROUP;
+  const std::size_t hits = std::max<std::size_t>(hitRoom_, 1), items = 2 * clouds_ * CC_GROUP,
+                    itemsOfShapes = shapes() * CC_GROUP;
   const cl::Buffer &data = fields_->data(), &fields = fields_->table(), &pairs = pairs_.buffer(),
                    &results = results_.buffer();
   const cl::Buffer& found = found_.reserve(d, 2 * count_ * kLevels * sizeof(CcFound));
@@ -139,19 +161,26 @@ void OpenClBatch::searchLevels() {
   const cl::Buffer& keys = keys_.reserve(d, hits * sizeof(cl_ulong));
   static constexpr const char *kSearch[kLevels] = {"ccSearch 0", "ccSearch 1", "ccSearch 2"},
                               *kHits[kLevels] = {"ccHits 0", "ccHits 1", "ccHits 2"};
+  const auto first = static_cast<cl_uint>(clouds_);
   for (cl_int level = kLevels - 1; level >= finest_; --level) {
-    if (finest_ == kLevels - 1)
+    const cl_int last = level == finest_;
+    if (clouds_ > 0 && finest_ == kLevels - 1)
       run({"ccSearchCoarsest", items, CC_GROUP, kSearch[level]}, fields, data, data, data, data,
           data, pairs, found, nearby, aside, results);
-    else
-      run({"ccSearch", items, CC_GROUP, kSearch[level]}, level, cl_int{level == finest_}, fields,
-          data, data, data, data, data, pairs, found, nearby, aside, results);
-    if (level == kLevels - 1)
+    else if (clouds_ > 0)
+      run({"ccSearch", items, CC_GROUP, kSearch[level]}, level, last, fields, data, data, data,
+          data, data, pairs, found, nearby, aside, results);
+    if (clouds_ > 0 && level == kLevels - 1)
       run({"ccHitsCoarsest", items, CC_GROUP, kHits[level]}, fields, data, data, data, data, data,
           pairs, found, hitBuffer, keys, aside);
-    else
+    else if (clouds_ > 0)
       run({"ccHits", items, CC_GROUP, kHits[level]}, level, fields, data, data, data, data, data,
           pairs, found, hitBuffer, keys, aside);
+    if (shapes() == 0) continue;
+    run({"ccSearchShapes", itemsOfShapes, CC_GROUP}, level, last, first, fields, data, data, data,
+        data, data, pairs, shapes_.buffer(), found, nearby, aside, results);
+    run({"ccHitsInShapes", itemsOfShapes, CC_GROUP}, level, first, fields, data, data, data, data,
+        data, pairs, shapes_.buffer(), found, hitBuffer, keys, aside);
   }
 }
 
@@ -207,7 +236,8 @@ void OpenClBatch::makePoints(const cl::Buffer& bins, const cl::Buffer& grown,
         places, facing, placed, round);
   };
   run({"ccForces", count_ * CC_TEAM, CC_TEAM}, pairs, results, patches, forces, wholes, listed,
-      placed, fields_->table(), fields_->data(), fields_->data(), found_.buffer(), hitBuffer);
+      placed, fields_->table(), fields_->data(), fields_->data(), found_.buffer(), hitBuffer,
+      shapes_.buffer(), static_cast<cl_uint>(clouds_));
   run({"ccLineUp", teams, CC_TEAM}, pairs, results, listed, queues, grown, bins, hitBuffer,
       order_.buffer(), places, facing);
   findNearest(-1);

@@ -24,8 +24,11 @@ struct DevicePair {
   const ContactBody *a = nullptr, *b = nullptr;
   const ContactSettings* settings = nullptr;
   PairFrame frame;
-  std::uint32_t room = 0;            // hits that each direction may store
-  std::uint32_t fields[2] = {0, 0};  // indices of A's and B's in DeviceFields
+  std::uint32_t room = 0;  // hits that each direction may store
+  std::uint32_t fields[2] = {0,
+                             0};  // indices of A's and B's in DeviceFields; a shape's: the other's
+
+  const ContactBody* shape() const { return a->shape ? a : b->shape ? b : nullptr; }
 };
 
 // A kernel that passes on only the arguments that changed since the last run. A batch has a hundred
@@ -82,7 +85,8 @@ class OpenClBatch {
       : device_(std::move(device)), fields_(std::move(fields)), queue_(device_->newQueue()) {}
 
   std::size_t bytes() const;  // device memory in use
-  // Reserves memory for the pairs, which must stay where they are until finish().
+  // Reserves memory for the pairs, which must stay where they are until finish(). Those of two
+  // clouds come first.
   void reserve(std::span<const DevicePair> pairs);
   // Writes the k-th pair's poses into the upload buffer. Needs its frame; thread-safe; no throw.
   void writePose(std::size_t k);
@@ -108,6 +112,8 @@ class OpenClBatch {
   template <typename Work>
   void enqueue(Work&& work);
   void send(BatchReport& report);
+  std::size_t shapes() const { return count_ - clouds_; }
+  CcShape* hostShapes() { return reinterpret_cast<CcShape*>(hostPairs_ + count_); }
   void reserveResults();
   void searchLevels();
   void growPatches();
@@ -121,18 +127,18 @@ class OpenClBatch {
   cl::CommandQueue queue_;
   std::map<std::string, CachedKernel, std::less<>> kernels_;
   PinnedMemory sent_, fetched_;
-  DeviceBuffer pairs_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_,
-      sums_, sprouts_, queues_, scratch_, grown_, patches_, forces_, wholes_, listed_, placed_,
-      heaviest_, places_, facing_, around_, neighbors_;
-  static const std::array<DeviceBuffer OpenClBatch::*, 25> kBuffers;  // all of these
+  DeviceBuffer pairs_, shapes_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_,
+      bins_, sums_, sprouts_, queues_, scratch_, grown_, patches_, forces_, wholes_, listed_,
+      placed_, heaviest_, places_, facing_, around_, neighbors_;
+  static const std::array<DeviceBuffer OpenClBatch::*, 26> kBuffers;  // all of these
   // Where a direction's hits begin, and its samples near the other body.
   struct Offsets {
     std::uint32_t hits, nearby[2];
   };
   std::span<const DevicePair> devicePairs_;
   std::vector<Offsets> offsets_;
-  CcPair* hostPairs_ = nullptr;
-  std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0;
+  CcPair* hostPairs_ = nullptr;  // and the shapes behind them
+  std::size_t count_ = 0, clouds_ = 0, hitRoom_ = 0, nearbyRoom_ = 0;
   std::size_t contactsBegin_ = 0;  // in bytes
   // The search goes down to the finest level of the last two batches. The CPU solves pairs that
   // need a finer one.

@@ -172,7 +172,7 @@ bool addTime(const cl::Event& event, const std::string& label,
 }
 
 // In the order of ccLayout() (kernels/contact/layout.cl).
-constexpr std::array<cl_uint, 19> kLayout = {sizeof(CcField),
+constexpr std::array<cl_uint, 20> kLayout = {sizeof(CcField),
                                              sizeof(CcDirection),
                                              sizeof(CcPair),
                                              sizeof(CcFound),
@@ -190,7 +190,8 @@ constexpr std::array<cl_uint, 19> kLayout = {sizeof(CcField),
                                              offsetof(CcPair, cell),
                                              sizeof(CcListed),
                                              sizeof(CcFacing),
-                                             sizeof(CcPlaced)};
+                                             sizeof(CcPlaced),
+                                             sizeof(CcShape)};
 
 }  // namespace
 

@@ -1,9 +1,7 @@
-// Bodies of revolution are solved in the half-plane (r, z) through their axis; outside a hull, the
-// nearest point is found by the planes that it lies on.
+// The plain solids' text is kernels/base/plain_solid.h. Outside a hull, the nearest point is found
+// by the planes that it lies on.
 //
-// Sphere and box have two formulas for their normals, one for contact (pointOf) and one for areas
-// (normalIn), which differ in the last bit or within 1e-12 m of an edge. Both stay, so that the
-// results of either use stay equal to the bit.
+// A sphere that is an area has a formula of its own, without its orientation, which costs time.
 #include <cloudcontact/law/solid.h>
 #include <cloudcontact/voxels/cloud.h>
 
@@ -14,6 +12,7 @@
 #include <stdexcept>
 
 #include "base/grid_index.h"
+#include "kernels/base/plain_solid.h"
 #include "law/triangle_surface.h"
 
 namespace cloudcontact {
@@ -22,92 +21,38 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The unit vector along `v`, or `fallback` where v is zero: a point on an axis or at a center is
-// equally near to many surface points, and any of them is right.
+// The unit vector along `v`, or `fallback` where v is zero: any direction is right there.
 Vec3 direction(const Vec3& v, const Vec3& fallback) {
   const double length = v.norm();
   return length > 0 ? Vec3(v / length) : fallback;
 }
 
+CcVec vecOf(const Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+SolidPoint pointOf(const CcSolidPoint& p) {
+  return {p.depth, Vec3(p.normal.x, p.normal.y, p.normal.z)};
+}
 SolidPoint pointOf(const HalfSpace& plane, const Vec3& x) {
-  return {plane.offset - plane.normal.dot(x), plane.normal};
+  return pointOf(ccInHalfSpace(vecOf(plane.normal), plane.offset, vecOf(x)));
 }
-
 SolidPoint pointOf(const Sphere& sphere, const Vec3& x) {
-  return {sphere.radius - x.norm(), direction(x, Vec3::UnitZ())};
+  return pointOf(ccInSphere(sphere.radius, vecOf(x)));
 }
-
-SolidPoint pointOf(const Capsule& capsule, const Vec3& x) {
-  const Vec3 foot(0, 0, std::clamp(x.z(), -capsule.halfHeight, capsule.halfHeight));
-  const Vec3 out = x - foot;
-  return {capsule.radius - out.norm(), direction(out, Vec3::UnitX())};
-}
-
 SolidPoint pointOf(const Box& box, const Vec3& x) {
-  const Vec3 beyond = x.cwiseAbs() - box.halfExtents;
-  const auto side = [&x](int axis) { return x[axis] < 0 ? -1.0 : 1.0; };
-  Vec3 normal = Vec3::Zero();
-  if (beyond.maxCoeff() <= 0) {
-    int axis;
-    const double depth = -beyond.maxCoeff(&axis);
-    normal[axis] = side(axis);
-    return {depth, normal};
-  }
-  for (int axis = 0; axis < 3; ++axis) normal[axis] = side(axis) * std::max(beyond[axis], 0.0);
-  const double distance = normal.norm();
-  return {-distance, normal / distance};
+  return pointOf(ccInBox(vecOf(box.halfExtents), vecOf(x)));
 }
-
-// A body of revolution seen in the half-plane through its axis.
-struct Profile {
-  Eigen::Vector2d point;  // (r, z)
-  Vec3 radial;            // unit, across the axis
-
-  explicit Profile(const Vec3& x)
-      : point(std::hypot(x.x(), x.y()), x.z()),
-        radial(direction(Vec3(x.x(), x.y(), 0), Vec3::UnitX())) {}
-  Vec3 lift(const Eigen::Vector2d& v) const { return v.x() * radial + v.y() * Vec3::UnitZ(); }
-};
-
+SolidPoint pointOf(const Ellipsoid& ellipsoid, const Vec3& x) {
+  return pointOf(ccInEllipsoid(vecOf(ellipsoid.semiAxes), vecOf(x)));
+}
+SolidPoint pointOf(const Capsule& capsule, const Vec3& x) {
+  return pointOf(ccInCapsule(capsule.radius, capsule.halfHeight, vecOf(x)));
+}
 SolidPoint pointOf(const Cylinder& cylinder, const Vec3& x) {
-  const Profile profile(x);
-  const double side = profile.point.y() < 0 ? -1 : 1;
-  const Eigen::Vector2d beyond(profile.point.x() - cylinder.radius,
-                               std::abs(profile.point.y()) - cylinder.halfHeight);
-  if (beyond.maxCoeff() <= 0) {
-    if (beyond.x() >= beyond.y()) return {-beyond.x(), profile.radial};
-    return {-beyond.y(), side * Vec3::UnitZ()};
-  }
-  const Eigen::Vector2d out = beyond.cwiseMax(0.0);
-  const double distance = out.norm();
-  return {-distance, profile.lift({out.x() / distance, side * out.y() / distance})};
+  return pointOf(ccInCylinder(cylinder.radius, cylinder.halfHeight, vecOf(x)));
 }
-
-// Nearest point of a segment in the plane.
-Eigen::Vector2d onSegment(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
-                          const Eigen::Vector2d& x) {
-  const Eigen::Vector2d along = b - a;
-  const double t = (x - a).dot(along) / along.squaredNorm();
-  return a + std::clamp(t, 0.0, 1.0) * along;
-}
-
-SolidPoint sharpPoint(const Cone& cone, const Vec3& x) {
-  const Profile profile(x);
-  const Eigen::Vector2d rim(cone.radius, -cone.halfHeight), tip(0, cone.halfHeight);
-  const Eigen::Vector2d slope = Eigen::Vector2d(2 * cone.halfHeight, cone.radius).normalized();
-  const double aboveSlope = slope.dot(profile.point - tip);
-  const double belowBase = -cone.halfHeight - profile.point.y();
-  if (aboveSlope <= 0 && belowBase <= 0) {
-    if (aboveSlope >= belowBase) return {-aboveSlope, profile.lift(slope)};
-    return {-belowBase, -Vec3::UnitZ()};
-  }
-  const Eigen::Vector2d onSlope = onSegment(tip, rim, profile.point);
-  const Eigen::Vector2d onBase = onSegment({0, -cone.halfHeight}, rim, profile.point);
-  const Eigen::Vector2d fromSlope = profile.point - onSlope, fromBase = profile.point - onBase;
-  const Eigen::Vector2d out =
-      fromSlope.squaredNorm() < fromBase.squaredNorm() ? fromSlope : fromBase;
-  const double distance = out.norm();
-  return {-distance, profile.lift(out / distance)};
+SolidPoint pointOf(const Cone& cone, const Vec3& x) {
+  return pointOf(ccInCone(cone.radius, cone.halfHeight, cone.margin, vecOf(x)));
 }
 
 // Planes that hold the nearest point of a hull: at most three, in three dimensions.
@@ -184,18 +129,10 @@ SolidPoint sharpPoint(const Hull& hull, const Vec3& x) {
   return distance > 0 ? SolidPoint{-distance, out / distance} : SolidPoint{-excess, worst->normal};
 }
 
-// A margin moves every surface point out along its normal: it adds to the depth and turns nothing.
-template <typename Sharp>
-SolidPoint withMargin(const Sharp& shape, const Vec3& x) {
-  SolidPoint point = sharpPoint(shape, x);
-  point.depth += shape.margin;
-  return point;
-}
-SolidPoint pointOf(const Cone& cone, const Vec3& x) {
-  return withMargin(cone, x);
-}
 SolidPoint pointOf(const Hull& hull, const Vec3& x) {
-  return withMargin(hull, x);
+  SolidPoint point = sharpPoint(hull, x);
+  point.depth += hull.margin;
+  return point;
 }
 
 Eigen::AlignedBox3d symmetric(double x, double y, double z) {
@@ -235,18 +172,6 @@ Eigen::AlignedBox3d localBounds(const SurfaceSolid& solid) {
   return solid.surface->bounds();
 }
 
-// Ellipsoid: the implicit function over its gradient, first order in the distance.
-double depthIn(const Ellipsoid& e, const Vec3& p) {
-  const double r = p.cwiseQuotient(e.semiAxes).norm();
-  // At the center every direction is a ray; the shortest way out is along the least axis.
-  if (r < 1e-12) return e.semiAxes.minCoeff();
-  const double slope = p.cwiseQuotient(e.semiAxes.cwiseProduct(e.semiAxes)).norm() / r;
-  return std::min((1 - r) / slope, e.semiAxes.minCoeff());
-}
-Vec3 normalIn(const Ellipsoid& e, const Vec3& p) {
-  return direction(p.cwiseQuotient(e.semiAxes.cwiseProduct(e.semiAxes)), Vec3::UnitZ());
-}
-
 // Linear between the voxels' centers; outside the grid, the depth of the grid's nearest place less
 // the way there.
 double depthIn(const CloudSolid& solid, const Vec3& p) {
@@ -275,32 +200,11 @@ Vec3 normalIn(const CloudSolid& solid, const Vec3& p) {
   return direction(n, Vec3::UnitZ());
 }
 
-SolidPoint pointOf(const Ellipsoid& ellipsoid, const Vec3& x) {
-  return {depthIn(ellipsoid, x), normalIn(ellipsoid, x)};
-}
 SolidPoint pointOf(const CloudSolid& cloud, const Vec3& x) {
   return {depthIn(cloud, x), normalIn(cloud, x)};
 }
 SolidPoint pointOf(const SurfaceSolid& solid, const Vec3& x) {
   return solid.surface->at(x);
-}
-
-double depthIn(const Box& box, const Vec3& p) {
-  const Vec3 beyond = p.cwiseAbs() - box.halfExtents;
-  const double outside = beyond.cwiseMax(0.0).norm();
-  return outside > 0 ? -outside : -beyond.maxCoeff();
-}
-Vec3 normalIn(const Box& box, const Vec3& p) {
-  const Vec3 beyond = p.cwiseAbs() - box.halfExtents;
-  Vec3 n = beyond.cwiseMax(0.0);
-  if (n.isZero()) {
-    int axis;
-    beyond.maxCoeff(&axis);
-    n = Vec3::Unit(axis);
-  }
-  for (int i = 0; i < 3; ++i)
-    if (p[i] < 0) n[i] = -n[i];
-  return direction(n, Vec3::UnitZ());
 }
 
 template <typename Kind>

@@ -10,6 +10,7 @@
 #include "contact/contact_cases.h"
 #include "contact/same_contact.h"
 #include "device/skip_without_device.h"
+#include "law/hulls.h"
 #include "mesh/thread_meshes.h"
 #include "mesh/turned_mesh.h"
 
@@ -244,29 +245,104 @@ TEST(Batch, PairsWithFinerSamplesRunOnTheCpuOnce) {
   }
 }
 
-TEST(Batch, ShapesAndNearMissesRunOnTheCpu) {
+// Clouds on all plain solids, on either side of the pair and among pairs of clouds, on every level.
+std::vector<BatchPair> pairsOfShapes(BodyMaker& maker, std::vector<Body>& bodies) {
+  const double v = maker.voxel;
+  const std::vector<std::pair<Solid, double>> solids = {
+      {HalfSpace{Vec3(0.36, 0.48, 0.8), 2 * v}, 2},
+      {Sphere{9 * v}, 9},
+      {Sphere{1.5 * v}, 1.5},
+      {Box{Vec3(9, 7, 11) * v}, 8},
+      {Ellipsoid{Vec3(8, 10, 12) * v}, 9},
+      {Capsule{5 * v, 9 * v}, 8},
+      {Cylinder{8 * v, 6 * v}, 8},
+      {Cone{9 * v, 8 * v, 0}, 5},
+      {Cone{9 * v, 8 * v, 2 * v}, 6}};
+  bodies.push_back(maker.sphere(10));
+  bodies.push_back(maker.box(Vec3(14, 10, 8), true));
+  bodies.push_back(maker.cloud(torusMesh(14 * v, 6 * v)));
+  const std::size_t clouds = bodies.size();
+  for (const auto& solid : solids) bodies.push_back(BodyMaker::shape(solid.first));
+  std::vector<BatchPair> pairs;
+  for (int k = 0; k < 180; ++k) {
+    const std::size_t i = std::size_t(k) % clouds, j = std::size_t(k) / clouds % solids.size();
+    const Body &cloud = bodies[i], &shape = bodies[clouds + j];
+    Pose pose;
+    pose.orientation = maker.random.rotation();
+    const double far = (9 + solids[j].second) * v * maker.random.uniform(0.6, 1.0);
+    const Vec3 way = j == 0 ? Vec3(0.36, 0.48, 0.8) : Vec3(maker.random.rotation() * Vec3::UnitX());
+    pose.position = far * way;
+    BatchPair pair{shape.at({}), cloud.at(pose), {}};
+    if (k % 2) std::swap(pair.a, pair.b);
+    if (k % 5 == 1) pair.settings.samples = 3000;
+    if (k % 7 == 2) pair.settings.law = Foundation{1e4, 0};
+    if (k % 9 == 4) pair.settings.margin = 1.5 * v;
+    pairs.push_back(pair);
+    if (k % 20 == 3) pairs.push_back(all().pairs.at(std::size_t(k) / 3));
+  }
+  return pairs;
+}
+
+TEST(Batch, PlainSolidsEqualTheFinder) {
+  ContactBatch batch({Backend::OpenCl, 2, false});
+  SKIP_WITHOUT(batch);
+  BodyMaker maker{5e-4, Random(21)};
+  std::vector<Body> bodies;
+  const std::vector<BatchPair> pairs = pairsOfShapes(maker, bodies);
+  std::vector<ContactFinder> finders(pairs.size());
+  std::size_t touching = 0, points = 0;
+  for (int time = 0; time < 3; ++time) {
+    const auto results = batch.find(pairs);
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      SCOPED_TRACE("pair " + std::to_string(k));
+      const ContactResult& want = finders[k].find(pairs[k].a, pairs[k].b, pairs[k].settings);
+      expectSame(*results[k], want);
+      touching += want.samples > 0;
+      points += want.points.size();
+    }
+  }
+  EXPECT_GT(touching, 3 * pairs.size() / 2);
+  EXPECT_GT(points, 4 * touching);
+  // On the CPU: near misses, hits that press nothing, and edges of solids.
+  EXPECT_GT(batch.report().onDevice, 3 * pairs.size() / 5);
+  EXPECT_EQ(batch.report().noRoom, 0u);
+}
+
+// A solid that is a list, a solid's edge in a cloud, and bodies that do not touch.
+TEST(Batch, HullsEdgesAndNearMissesRunOnTheCpu) {
   ContactBatch batch({Backend::OpenCl, 1, false});
   SKIP_WITHOUT(batch);
   BodyMaker maker{5e-4, Random(6)};
   const double v = maker.voxel;
-  const Body ball = maker.sphere(10), plane = BodyMaker::shape(HalfSpace{});
-  Pose above, beside;
+  const Body ball = maker.sphere(10), plane = BodyMaker::shape(HalfSpace{}),
+             box = BodyMaker::shape(Box{Vec3(8, 8, 8) * v}),
+             hull = BodyMaker::shape(test::hullOf({{Vec3(0, 0, 1), 0},
+                                                   {Vec3(0, 0, -1), 9 * v},
+                                                   {Vec3(1, 0, 0), 9 * v},
+                                                   {Vec3(-1, 0, 0), 9 * v},
+                                                   {Vec3(0, 1, 0), 9 * v},
+                                                   {Vec3(0, -1, 0), 9 * v}}));
+  Pose above, beside, corner;
   above.position = Vec3(0, 0, 9.5 * v);
   beside.position = Vec3(21 * v, 0, 0);
+  corner.position = Vec3(1, 1, 1).normalized() * (8 * std::sqrt(3.0) + 9) * v;
   std::vector<BatchPair> pairs{{plane.at({}), ball.at(above), {}},
                                {ball.at({}), ball.at(beside), {}},
-                               {ball.at({}), ball.at(beside), {}}};
+                               {ball.at({}), ball.at(beside), {}},
+                               {hull.at({}), ball.at(above), {}},
+                               {box.at({}), ball.at(corner), {}}};
   pairs[1].settings.margin = 1.5 * v;
+  batch.find(pairs);
   const auto results = batch.find(pairs);
-  ContactFinder finders[3];
-  for (std::size_t k = 0; k < pairs.size(); ++k)
+  ContactFinder finders[5];
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    SCOPED_TRACE("pair " + std::to_string(k));
     expectSame(*results[k], finders[k].find(pairs[k].a, pairs[k].b, pairs[k].settings));
-  EXPECT_FALSE(results[0]->points.empty());
-  EXPECT_FALSE(results[1]->points.empty());  // a gap of one voxel, within the margin
-  EXPECT_TRUE(results[2]->points.empty());
-  EXPECT_EQ(batch.report().shapes, 1u);
+    EXPECT_EQ(results[k]->points.empty(), k == 2);
+  }
+  EXPECT_EQ(batch.report().shapes, 2u);
   EXPECT_EQ(batch.report().nearMisses, 1u);
-  EXPECT_EQ(batch.report().onDevice, 1u);
+  EXPECT_EQ(batch.report().onDevice, 2u);
 }
 
 // A new field may get the address of a freed one.

@@ -15,8 +15,9 @@
 //
 //   cloudcontact::CloudDispatcher dispatcher(&configuration, {.backend = Backend::OpenCl});
 //
-// What has no kernels is searched by the CPU in the same step: pairs with a convex shape, tissues
-// or base vectors, and bodies that nearly touch. The bits do not depend on the backend.
+// What has no kernels is searched by the CPU in the same step: pairs with a hull, triangles,
+// tissues or stated base vectors, edges of a box, cylinder or cone that touch, and bodies that
+// nearly touch. The bits do not depend on the backend.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>

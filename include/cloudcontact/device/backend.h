@@ -31,8 +31,9 @@ struct BatchReport {
   // They need a finer sample level than any pair of the last two calls. The next call searches it.
   std::size_t finer = 0;
   std::size_t nearMisses = 0;  // no overlap, but a margin: the device has no near misses
-  std::size_t shapes =
-      0;  // one body is a Solid, or has tissues or base vectors: the device has clouds only
+  // One body is a hull, triangles or another cloud's Solid, or has tissues or stated base vectors;
+  // or an edge of a plain Solid touches. The device has clouds and plain Solids.
+  std::size_t shapes = 0;
   // On the device: samples looked up, then what became of them.
   std::size_t samples = 0, hits = 0, bins = 0, patches = 0, contacts = 0;
   std::size_t sent = 0, fetched = 0;  // [bytes]
