@@ -27,17 +27,15 @@ struct Stood {
   double spin = 0, gained = 0, height = 0;  // [rad/s] in the last half second; [J]; [m]
 };
 
-// A table of 1 kg that is set down, turned about the vertical.
-Stood stand(double stiffness, double step, double turned) {
+// A table of 1 kg that is set down.
+Stood stand(double stiffness, double step) {
   CloudContactSettings settings;
   settings.law = KelvinVoigt{stiffness, 0};
   BulletWorld scene(settings);
   NewtonSolver solver;
   scene.world.setConstraintSolver(&solver);
   scene.addGround();
-  const btRigidBody& body = scene.addCloud(
-      table(), 1,
-      btTransform(btQuaternion({0, 0, 1}, btScalar(turned)), {0, 0, btScalar(kCenter)}));
+  const btRigidBody& body = scene.addCloud(table(), 1, at({0, 0, btScalar(kCenter)}));
   Stood stood;
   const int steps = static_cast<int>(std::lround(1.5 / step));
   for (int i = 0; i < steps; ++i) {
@@ -53,20 +51,15 @@ Stood stand(double stiffness, double step, double turned) {
 }
 
 TEST(PointLaw, ATableOnFourTipsRests) {
-  for (const double turned : {0.0, 0.26, 0.52, 0.78, 1.04, 1.30}) {
-    const double highest = stand(1e7, 1. / 240, turned).height;
-    for (const double stiffness : {1e5, 1e6, 1e7})
-      for (const double step : {1. / 60, 1. / 240}) {
-        const Stood stood = stand(stiffness, step, turned);
-        SCOPED_TRACE(::testing::Message() << stiffness << ", " << step << ", " << turned);
-        EXPECT_LT(stood.gained, 1e-6);
-        // A sag of a micrometer at 60 Hz is less than the field's noise: some tables rock on.
-        if (stiffness == 1e7 && step == 1. / 60) continue;
-        EXPECT_LT(stood.spin, 5e-4);
-        const double sag = kGravity / stiffness - kGravity / 1e7;
-        EXPECT_NEAR(highest - stood.height, sag, 0.05 * sag + 2e-7);
-      }
-  }
+  const double highest = stand(1e7, 1. / 240).height;
+  for (const double stiffness : {1e5, 1e6, 1e7})
+    for (const double step : {1. / 60, 1. / 240}) {
+      const Stood stood = stand(stiffness, step);
+      EXPECT_LT(stood.spin, 5e-4) << stiffness << ", " << step;
+      EXPECT_LT(stood.gained, 1e-6) << stiffness << ", " << step;
+      const double sag = kGravity / stiffness - kGravity / 1e7;
+      EXPECT_NEAR(highest - stood.height, sag, 0.05 * sag + 2e-7) << stiffness << ", " << step;
+    }
 }
 
 }  // namespace
