@@ -25,8 +25,8 @@ struct DevicePair {
   const ContactSettings* settings = nullptr;
   PairFrame frame;
   std::uint32_t room = 0;  // hits that each direction may store
-  std::uint32_t fields[2] = {0,
-                             0};  // indices of A's and B's in DeviceFields; a shape's: the other's
+  // Indices of A's and B's in DeviceFields; that of a shape is the other's.
+  std::uint32_t fields[2] = {0, 0};
 
   const ContactBody* shape() const { return a->shape ? a : b->shape ? b : nullptr; }
 };
