@@ -9,6 +9,7 @@
 
 #include "bullet/closest_gap.h"
 #include "bullet/convert.h"
+#include "bullet/support.h"
 #include "bullet/turning.h"
 #include "contact/shape_contact.h"
 
@@ -19,10 +20,11 @@ namespace {
 // Pairs that move by more in a step are also looked up beside their contact. Without,
 // `peg_in_hole.sdf` is thrown out of its hole at 120 Hz, and is 0.8 mm deep in it at 240 Hz.
 constexpr double kBesideVoxels = 1;
+// [voxels] To which places of support are known; and what is nearer than that bears weight as soon
+// as other support goes.
+constexpr double kSupportVoxels = 0.1;
 // [voxels per step] What touches and moves by less rests: the fits' noise moves it by as much.
 constexpr double kRestsVoxels = 0.01;
-// Cosine of 75 deg: walls bear no weight.
-constexpr double kBears = 0.26;
 
 // [voxels] Pairs that touch by less than the first and close by more than the second in a step get
 // points for what is about to touch beside what does (ContactFinder::lookAround()). Slower ones
@@ -44,22 +46,6 @@ bool closesLightly(double step, const PairQuery& query, const ContactResult& fou
   }
   return deepest < kLightly * query.voxel && closes > 0.5 * deepest &&
          closes > kCloses * query.voxel;
-}
-
-// Whether touches that bear the pull on one body over the other lie on all sides of its center.
-bool holdsWeight(const PairQuery& query, const ContactResult& found) {
-  const Vec3 pull = query.pull[0] - query.pull[1];
-  if (!(pull.norm() > 0)) return true;
-  const Vec3 down = pull.normalized();
-  const Vec3 center = (query.pull[0].isZero() ? query.b : query.a).motion.center;
-  const Vec3 aside = down.unitOrthogonal(), across = down.cross(aside);
-  Eigen::AlignedBox2d held;
-  for (const ContactPoint& point : found.points) {
-    if (!(point.depth > 0 && point.normal.dot(down) > kBears)) continue;
-    const Vec3 arm = point.position - center;
-    held.extend(Eigen::Vector2d(aside.dot(arm), across.dot(arm)));
-  }
-  return held.contains(Eigen::Vector2d::Zero());
 }
 
 // Whether contacts push both bodies, and all that moves has a velocity that is known.
@@ -123,6 +109,14 @@ bool PairState::clearAfter(const PairStep& step, const PairSides& sides) const {
          !hasThreshold(*sides.wrapB);
 }
 
+// What has lost a side of its support, as a table of which one foot is lifted by a micrometer,
+// would fall about the others for the whole step: it goes on to stand on what is near.
+void PairState::keepSupport(PairStep& step) {
+  const PairQuery& query = step.query;
+  if (touched && held && !holdsWeight(query, step.contact, 0, kSupportVoxels * query.voxel))
+    finder.lookApart(query.a, query.b, query.settings, step.contact);
+}
+
 // Bodies that touched in the last step have met their forces already: what rests costs nothing
 // here. But what touches on one side of its center falls about that side, and what rocks is in the
 // air.
@@ -130,7 +124,7 @@ void PairState::lookBeside(PairStep& step) {
   const PairQuery& query = step.query;
   ContactBody a = query.a, b = query.b;
   const bool stands = step.ahead() * closingSpeed(a, b) <= kRestsVoxels * query.voxel;
-  const bool rests = touched && (stands || holdsWeight(query, step.contact));
+  const bool rests = touched && (stands || holdsWeight(query, step.contact, 0, 0));
   if (!rests) {
     a.motion.linear += step.ahead() * query.pull[0];
     b.motion.linear += step.ahead() * query.pull[1];
@@ -155,6 +149,7 @@ void PairState::lookFurther(PairStep& step, const btCollisionObjectWrapper& a,
   }
   if (closesLightly(ahead, query, step.contact))
     finder.lookAround(query.a, query.b, query.settings, query.voxel * query.voxel, step.contact);
+  keepSupport(step);
   lookBeside(step);
 }
 
@@ -222,6 +217,8 @@ void PairState::adjust(PairStep& step, const btCollisionObjectWrapper& a,
   if (!step.isStep) return;
   apart = step.query.a.field && step.query.b.field && step.contact.samples == 0;
   touched = step.contact.samples > 0;
+  const double place = kSupportVoxels * step.query.voxel;
+  held = holdsWeight(step.query, step.contact, -place, -place);
   turned = step.turn.has_value();
   if (turned) turns = turningPlace(step.ahead(), step.query, step.contact);
   keep(step);

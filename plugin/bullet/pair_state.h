@@ -48,7 +48,7 @@ struct PairState {
     shapeIds.keepIn(archive);
     leaving.keepIn(archive);
     memory.keepIn(archive);
-    archive(apart, touched, turned);
+    archive(apart, touched, held, turned);
     turns.keepIn(archive);
     moved.keepIn(archive);
     if constexpr (Archive::kReads) restored = true;
@@ -95,6 +95,7 @@ struct PairState {
   void adjust(PairStep& step, const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
   void lookFurther(PairStep& step, const btCollisionObjectWrapper& a,
                    const btCollisionObjectWrapper& b);
+  void keepSupport(PairStep& step);
   void lookBeside(PairStep& step);
   void write(PairStep& step, const PairSides& sides);
   // After a step's answer: reports, budget, and what the next step asks.
@@ -142,6 +143,7 @@ struct PairState {
   std::uint32_t deviceRoom = SearchTask::kFirstRoom;
   bool apart = false;    // the last search in a step found no touch of two clouds
   bool touched = false;  // the last search in a step found a touch
+  bool held = false;     // its contact bears weight on all sides
   bool turned = false;   // the last step's contact is that at its end (turning.h)
   TurningPlace turns;    // then
   StayingApart staying;

@@ -249,8 +249,20 @@ CcPairSums ContactBuilder::collect(const CcTerms& terms) {
   return sums;
 }
 
-void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected,
-                          const PairHits& hits, PatchHits& wet, ContactResult& result) {
+namespace {
+
+// See PairDepth::ended.
+void takeEnd(double ended, float end, CcContactPatch& patch) {
+  patch.depth += ended * (static_cast<double>(end) - patch.depth);
+  for (CcContactPoint& point : patch.points) point.depth += ended * (1 - point.depth);
+}
+
+}  // namespace
+
+void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, double ended, bool redirected,
+                          double cell, QueryMemory& memory, ContactResult& result) {
+  PatchHits& wet = memory.wet;
+  const PairHits hits{&memory.binner, &memory.hits, cell};
   for (const FoundPatch& p : found_) whole.shares += ccShareOf(p.sums->area, p.force.size, &whole);
   contacts_.clear();
   double level = 0;
@@ -266,6 +278,7 @@ void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected,
     CcNearestHit found[4];
     wet.place(p.force, p.flat, plan, found);
     ccContactOf(p.sums, &p.force, &p.flat, &plan, found, &own, &whole, &patch);
+    if (ended > 0) takeEnd(ended, wet.largestOf(memory.search.ends()), patch);
     level = std::max(level, ccLevelling(&patch, &own, &whole));
     if (redirected) {
       patch.confidence = std::min(1.0, p.matter.vectors.norm() / p.matter.lengths);
@@ -335,20 +348,15 @@ void ContactBuilder::build(const ContactBody& a, const ContactBody& b,
   }
   const CcPairSums all = collect(terms);
   giveMatter(matter);
-  const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, &hits, outcome.level};
-  const bool touches = terms.oneSided && terms.gap == 0;
-  const CloudsInFrame clouds{&a, &b, &frame, &hits};
-  const bool clash = a.field && b.field && terms.gap == 0;
-  const PairDepth found = pairDepth(all, touches && !terms.foundation ? &shape : nullptr,
-                                    clash && !terms.foundation ? &clouds : nullptr, terms.oneSided,
-                                    outcome.level, frame.voxel);
+  const PairDepth found = pairDepth(all, {&a, &b, &frame, &hits, outcome.level}, terms);
   const bool vectors = (a.paper || b.paper) && !matter.empty();
   if (a.tissues || b.tissues) setSprings(a, b, vectors && !terms.foundation);
   const double size = vectors ? redirect() : 0;
-  emit(terms,
-       ccWholeOf(&all, size > 0 ? size : all.size, found.depth, found.error + kPerGap * terms.gap,
-                 &terms),
-       size > 0, {&binner, &hits, cellOf(frame, outcome.level)}, memory.wet, result);
+  const CcWhole whole = ccWholeOf(&all, size > 0 ? size : all.size, found.depth,
+                                  found.error + kPerGap * terms.gap, &terms);
+  // Border hits are no samples.
+  const double ended = memory.search.ends().size() == hits.size() ? found.ended : 0;
+  emit(terms, whole, ended, size > 0, cellOf(frame, outcome.level), memory, result);
 }
 
 }  // namespace cloudcontact

@@ -101,8 +101,8 @@ class ContactBuilder {
   CcPairSums collect(const CcTerms& terms);
   void giveMatter(std::span<const PatchMatter> matter);
   double redirect();
-  void emit(const CcTerms& terms, CcWhole whole, bool redirected, const PairHits& hits,
-            PatchHits& wet, ContactResult& result);
+  void emit(const CcTerms& terms, CcWhole whole, double ended, bool redirected, double cell,
+            QueryMemory& memory, ContactResult& result);
   void setSprings(const ContactBody& a, const ContactBody& b, bool whole);
 
   std::vector<FoundPatch> found_;

@@ -6,6 +6,7 @@
 #include "contact/query_memory.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 namespace cloudcontact {
@@ -27,6 +28,12 @@ WorkCounts ContactWorkspace::work() const {
   return state_->memory.work();
 }
 
+// Samples that count beside touches, and the most searches for them.
+struct BesideLook {
+  KnownMeets::Look kind;
+  int most;
+};
+
 struct ContactFinder::State {
   std::shared_ptr<ContactWorkspace> workspace;
   ContactBuilder builder;
@@ -38,6 +45,8 @@ struct ContactFinder::State {
   bool make(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
             const PairFrame& frame, const SearchOutcome& outcome, QueryMemory& memory,
             const TaskRunner* runner, bool beside, ContactResult& found, bool gated = true);
+  void lookBeside(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+                  double step, std::span<const BesideLook> looks, ContactResult& contact);
 };
 
 // Patches of the memory's hits, as the result or `beside` what it has; `gated`: see Binner. Returns
@@ -171,8 +180,9 @@ namespace {
 
 // Most searches beside a touch: a peg in its hole has a wall behind it and a floor. For the other
 // ends of walls that a body leans on, of which each peg has up to six beside the pressed ones. And
-// for what touches within the step elsewhere.
-constexpr int kMostBeside = 3, kMostFar = 6, kMostAhead = 2;
+// for what touches within the step elsewhere. And for the other feet of what stands: those that
+// matter are about as near.
+constexpr int kMostBeside = 3, kMostFar = 6, kMostAhead = 2, kMostApart = 1;
 // [voxels] Slower bodies need no other ends: such near misses let a peg rattle on in its hole.
 constexpr double kFarMoves = 2;
 
@@ -220,13 +230,13 @@ void addMeets(const ContactBody& own, double outward, const ContactResult& conta
 
 }  // namespace
 
-void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
-                               const ContactSettings& settings, double step,
-                               ContactResult& contact) {
-  State& s = *state_;
+// `step` [s]: in which the bodies move on.
+void ContactFinder::State::lookBeside(const ContactBody& a, const ContactBody& b,
+                                      const ContactSettings& settings, double step,
+                                      std::span<const BesideLook> looks, ContactResult& contact) {
   if (contact.patches.empty() || !(settings.margin > 0)) return;
   const PairFrame frame = frameOf(a, b);
-  BorrowedMemory memory(s.workspace->state_->memory, s.work);
+  BorrowedMemory memory(workspace->state_->memory, work);
   KnownMeets& known = memory->known;
   for (KnownMeets::Side& side : known.of) side.meets.clear();
   if (a.field) setWays(a, b, step, known.of[kA]);
@@ -240,17 +250,29 @@ void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
     const bool any = memory->search.runBeside(a, b, frame, settings.margin, known, memory->hits);
     known.again = true;
     const SearchOutcome found{0, memory->hits.size(), memory->search.gap()};
-    return any && s.make(a, b, settings, frame, found, *memory, nullptr, true, contact);
+    return any && make(a, b, settings, frame, found, *memory, nullptr, true, contact);
   };
-  using Look = KnownMeets::Look;
-  for (const auto& [kind, most] :
-       {std::pair(Look::Beside, kMostBeside), std::pair(Look::Far, kMostFar),
-        std::pair(Look::Ahead, kMostAhead)}) {
-    if (kind == Look::Far && settings.margin < kFarMoves * frame.voxel) continue;
+  for (const auto& [kind, most] : looks) {
+    if (kind == KnownMeets::Look::Far && settings.margin < kFarMoves * frame.voxel) continue;
     known.look = kind;
     for (int search = 0; search < most && look(); ++search) {
     }
   }
+}
+
+void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
+                               const ContactSettings& settings, double step,
+                               ContactResult& contact) {
+  using Look = KnownMeets::Look;
+  constexpr BesideLook kLooks[] = {
+      {Look::Beside, kMostBeside}, {Look::Far, kMostFar}, {Look::Ahead, kMostAhead}};
+  state_->lookBeside(a, b, settings, step, kLooks, contact);
+}
+
+void ContactFinder::lookApart(const ContactBody& a, const ContactBody& b,
+                              const ContactSettings& settings, ContactResult& contact) {
+  constexpr BesideLook kLooks[] = {{KnownMeets::Look::Apart, kMostApart}};
+  state_->lookBeside(a, b, settings, 0, kLooks, contact);
 }
 
 void ContactFinder::giveIds(ContactResult& found) {

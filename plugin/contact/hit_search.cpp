@@ -137,6 +137,7 @@ void HitSearch::begin(bool wantsCoarse, HitColumns& hits) {
   }
   near_ = {};
   gap_ = 0;
+  ends_.clear();
   hits.clear();
 }
 
@@ -150,6 +151,7 @@ void HitSearch::reserveLike(const HitSearch& other) {
     coarse_[side].reserveLike(other.coarse_[side]);
   }
   misses_.reserveLike(other.misses_);
+  ends_.reserve(other.ends_.capacity());
   shares_.reserveLike(other.shares_);
 }
 
@@ -167,7 +169,9 @@ void HitSearch::touchLightly(const Query& query, const PairFrame& frame, float m
       for (const NearMiss& miss : found) {
         if (miss.hit.side != side || miss.hit.depth + miss.spread + shift <= 0) continue;
         const Hit hit = movedIn(miss, shift);
-        if (hit.depth1 > 0 && (all || faces(hit))) hits.push_back(hit);
+        if (!(hit.depth1 > 0 && (all || faces(hit)))) continue;
+        hits.push_back(hit);
+        ends_.push_back(miss.hit.depth + miss.end + shift);
       }
   };
   add(false);

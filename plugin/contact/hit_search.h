@@ -35,6 +35,8 @@ class HitSearch {
                  const KnownMeets& known, HitColumns& hits);
   static constexpr std::size_t kAll = search::kAllSamples;
   double gap() const { return gap_; }  // [m] 0: the hits are real
+  // Of near misses, by hit: how deep each ends that is moved together, at an edge of its body, too.
+  const std::vector<float>& ends() const { return ends_; }
   // Of the last run's level: the samples whose voxels may lie in the other body, where those are
   // wanted (wantsVoxels()) and the other body itself says what lies in it, not a D.
   std::span<const search::TouchedSample> touched(Side side) const {
@@ -67,6 +69,7 @@ class HitSearch {
   WorkCounts work_;
   search::Shares shares_;
   double gap_ = 0;
+  std::vector<float> ends_;
 };
 
 }  // namespace cloudcontact

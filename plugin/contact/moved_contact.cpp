@@ -159,21 +159,24 @@ struct Whole {
   }
 };
 
-// Moves a contact to first order. Patches share the pair's force by their volumes.
+// Moves a contact to first order. Patches that touch share the pair's force by their volumes; what
+// was near and has come in is pressed point by point.
 void moveWith(const Followers& followers, bool byArea, ContactResult& contact) {
   Whole whole;
   const auto pointsOf = [&](const Patch& patch) {
     return std::span(contact.points)
         .subspan(std::size_t(patch.firstPoint), std::size_t(patch.points));
   };
-  for (const Patch& patch : contact.patches) {
-    const double before = forceOf(pointsOf(patch));
-    if (before > 0) whole.add(patch, {followers, patch}, pointsOf(patch), before);
-  }
+  const auto forceBefore = [&](const Patch& patch) {
+    return patch.depth > 0 ? forceOf(pointsOf(patch)) : 0;
+  };
+  for (const Patch& patch : contact.patches)
+    if (const double before = forceBefore(patch); before > 0)
+      whole.add(patch, {followers, patch}, pointsOf(patch), before);
   const double force = whole.forceAfter(contact.pointed, byArea);
   for (Patch& patch : contact.patches) {
     const PatchMotion motion(followers, patch);
-    const double before = forceOf(pointsOf(patch)), after = moveBy(motion, patch, pointsOf(patch)),
+    const double before = forceBefore(patch), after = moveBy(motion, patch, pointsOf(patch)),
                  share = whole.volume > 0 ? before * motion.growth() / whole.volume : 0;
     patch.stiffness = 0;
     for (ContactPoint& p : pointsOf(patch)) {

@@ -183,7 +183,7 @@ namespace {
 // A sample as far from the other body's surface as `near` says, over `share` of its area.
 NearMiss missAt(const Direction& dir, const SurfaceSample& s, const SurfaceNear& near, float spread,
                 float share = 1) {
-  NearMiss miss{hitOf(dir, s, near.depth, near.normal, false), spread};
+  NearMiss miss{hitOf(dir, s, near.depth, near.normal, false), spread, spread};
   miss.hit.position = applied(dir.toFrame, V3(s.position[0], s.position[1], s.position[2]));
   miss.hit.area *= share;
   return miss;
@@ -212,6 +212,7 @@ std::optional<NearMiss> missOf(const Direction& dir, const FieldData* other, con
       return std::nullopt;
     NearMiss miss = missAt(dir, s, near, 0);
     miss.hit.own = -miss.hit.other;
+    miss.end = half * sine;
     return miss;
   }
   if (!(half * sine > kLevel * dir.voxel)) return missAt(dir, s, near, 0);
@@ -234,7 +235,8 @@ void NearMissSearch::takeMisses(const Direction& dir, const FieldData* other) {
   const SampleColumns& samples = dir.samples.levels[dir.level].samples;
   const float halfWidth = dir.limits().halfWidth;
   // By the step's end the bodies have turned: how far a sample reaches now says nothing of then.
-  const bool ahead = known_ && known_->look == KnownMeets::Look::Ahead;
+  const bool ahead = known_ && known_->look == KnownMeets::Look::Ahead,
+             apart = known_ && known_->look == KnownMeets::Look::Apart;
   for (int i = 0; i < lanes.count; ++i) {
     const std::uint32_t planes = ccPlaneCount({lanes.a[i], lanes.b[i]});
     const float depth = lanes.depth[i];
@@ -245,7 +247,7 @@ void NearMissSearch::takeMisses(const Direction& dir, const FieldData* other) {
     const std::optional<NearMiss> miss =
         missOf(dir, other, samples[lanes.sample[i]],
                {depth, {lanes.nx[i], lanes.ny[i], lanes.nz[i]}}, work_.samples);
-    if (!miss) continue;
+    if (!miss || (apart && miss->hit.depth + miss->end >= 0)) continue;
     const float rank = miss->hit.depth + way;
     if (!takingOthers_) nearest_ = std::max(nearest_, rank);
     found_.push_back(*miss);

@@ -51,6 +51,7 @@ struct KnownMeets {
   enum class Look : std::uint8_t {
     Beside,  // those that face another way than any meet
     Far,     // those that face as some do, but are far from them: the other end of a wall
+    Apart,   // those that are in other places, whichever way they face: another foot
     Ahead    // those that touch within the step in other places, whichever way they face
   };
   Side of[2];
@@ -63,6 +64,7 @@ struct KnownMeets {
 struct NearMiss {
   Hit hit;       // at the sample itself
   float spread;  // half the range of its depth [m] (ccWet())
+  float end;     // how much nearer it ends than its middle is, at an edge of its body, too [m]
 };
 
 class NearMissSearch {

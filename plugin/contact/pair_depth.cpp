@@ -12,6 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "base/clipped_segment.h"
 #include "field/field_data.h"
@@ -27,6 +28,10 @@ constexpr double kStep = 0.25;   // [voxels]
 constexpr int kMostSteps = 512;  // along one edge; long edges take longer steps
 // [voxels] Edges rounded by a larger margin are smooth surfaces to a cloud.
 constexpr double kSharpMargin = 1;
+
+// The b (kernels/contact/contact_depth.h) from which on a near patch is a tip, and fully so. An
+// edge has 1, a tip's samples give 1.8.
+constexpr double kTipped = 1.4, kAllTip = 1.8;
 
 class EdgeWalk {
  public:
@@ -135,15 +140,17 @@ double deepestEdge(const Solid& shape, const Pose& toCloud, const SurfaceField& 
 
 constexpr double kDeeper = 4;  // see edgeDepth()
 
-double edgeDepth(const ShapeInCloud& s, double most) {
+// A shape's edges in a cloud, whose samples see too little of them.
+double edgeDepth(const DepthQuery& s, double most) {
+  const ContactBody &shape = s.a->shape ? *s.a : *s.b, &cloud = s.a->shape ? *s.b : *s.a;
   Eigen::AlignedBox3d box;
   for (std::size_t i = 0; i < s.hits->size(); ++i) box.extend((*s.hits)[i].position.cast<double>());
   // Samples are one, two or four voxels apart, by level. They read less than the shape's depth in
   // the cloud: 0.58 of it at a box's corner, a quarter at a tip of 30 deg. A box that is too large
   // costs time but no accuracy, since all that is deep in the cloud is in contact.
   const double around =
-      (1 << s.level) * s.cloud->field->cloud().voxelSize() + kDeeper * std::max(0.0, most);
-  return deepestEdge(*s.shape->shape, s.cloud->pose.inverse() * s.shape->pose, *s.cloud->field,
+      (1 << s.level) * cloud.field->cloud().voxelSize() + kDeeper * std::max(0.0, most);
+  return deepestEdge(*shape.shape, cloud.pose.inverse() * shape.pose, *cloud.field,
                      {Vec3(box.min().array() - around), Vec3(box.max().array() + around)});
 }
 
@@ -154,8 +161,8 @@ CcRecords recordsOf(const ContactBody& body) {
 }
 
 // The depth [m] of the sharp points of one body near the deepest of its hits; 0: none.
-double sharpDepth(const ContactBody& own, const ContactBody& other, const CloudsInFrame& s,
-                  Side side, int level) {
+double sharpDepth(const ContactBody& own, const ContactBody& other, const DepthQuery& s,
+                  Side side) {
   const HitColumns::Columns<const float> c = s.hits->columns();
   std::size_t deepest = s.hits->size();
   for (std::size_t i = 0; i < s.hits->size(); ++i)
@@ -169,33 +176,35 @@ double sharpDepth(const ContactBody& own, const ContactBody& other, const Clouds
   const float at[3] = {c.x[i], c.y[i], c.z[i]}, normal[3] = {c.ownX[i], c.ownY[i], c.ownZ[i]};
   float sample[3], middle[3], depth = 0;
   ccSampleOfHit(&way, at, normal, c.depth1[i] / c.share[i], sample);
-  for (int k = 0; k < ccSharpVoxels(level); ++k) {
-    ccSharpMiddle(sample, level, k, middle);
+  for (int k = 0; k < ccSharpVoxels(s.level); ++k) {
+    ccSharpMiddle(sample, s.level, k, middle);
     depth = ccSharpIn(&way, middle, depth);
   }
   // In a float voxel, as a device has it.
   return static_cast<double>(depth) * static_cast<float>(other.field->cloud().voxelSize());
 }
 
-double sharpDepth(const CloudsInFrame& s, int level) {
-  return std::max(sharpDepth(*s.a, *s.b, s, kA, level), sharpDepth(*s.b, *s.a, s, kB, level));
-}
-
 }  // namespace
 
-PairDepth pairDepth(const CcPairSums& patches, const ShapeInCloud* shape,
-                    const CloudsInFrame* clouds, bool oneSided, int level, double voxel) {
-  CcPairDepth by = ccDepthOfPair(&patches, oneSided, voxel);
-  double edged = 0;
-  if (patches.size > 0) edged = shape ? ccEdged(&patches, &by) : ccEdgedOnFace(&patches, &by);
-  double edge = 0, apart = 0;
-  if (edged > 0 && shape) edge = edgeDepth(*shape, patches.most);
-  if (edged > 0 && clouds) edge = sharpDepth(*clouds, level);
-  const bool gives = edge > (shape ? 0 : by.depth);
+PairDepth pairDepth(const CcPairSums& patches, const DepthQuery& pair, const CcTerms& terms) {
+  CcPairDepth by = ccDepthOfPair(&patches, terms.oneSided, pair.frame->voxel);
+  double edged = 0, edge = 0, apart = 0;
+  if (patches.size > 0 && !terms.foundation)
+    edged = terms.oneSided ? ccEdged(&patches, &by) : ccEdgedOnFace(&patches, &by);
+  // Of edges, moments are right.
+  double ended = 0;
+  if (terms.gap > 0) ended = std::exchange(edged, 0) * ccRamp(by.pointed, kTipped, kAllTip);
+  if (edged > 0)
+    edge = terms.oneSided ? edgeDepth(pair, patches.most)
+                          : std::max(sharpDepth(*pair.a, *pair.b, pair, kA),
+                                     sharpDepth(*pair.b, *pair.a, pair, kB));
+  const bool gives = edge > (terms.oneSided ? 0 : by.depth);
   if (gives) ccTakeEdge(&by, edged, edge);
-  if (gives && shape) apart = edged * std::max(0.0, by.depth - edge);
+  if (gives && terms.oneSided) apart = edged * std::max(0.0, by.depth - edge);
   if (!gives) edged = 0;
-  return {by.depth, apart + ccDepthError(&patches, &by, edged, level, oneSided, voxel)};
+  const double error =
+      ccDepthError(&patches, &by, edged, pair.level, terms.oneSided, pair.frame->voxel);
+  return {by.depth, apart + error, ended};
 }
 
 }  // namespace cloudcontact

@@ -5,31 +5,26 @@
 
 #include "contact/hit_columns.h"
 #include "contact/pair_frame.h"
-#include "kernels/contact/contact_error.h"
+#include "kernels/contact/contact_patch.h"
 
 namespace cloudcontact {
 
-// A shape in a cloud. The cloud's samples see too little of the shape's edges.
-struct ShapeInCloud {
-  const ContactBody* shape = nullptr;
-  const ContactBody* cloud = nullptr;
-  const HitColumns* hits = nullptr;  // in the cloud's frame
-  int level = 0;                     // of the samples that hit
-};
-
-// Two clouds that touch, and the hits in their frame.
-struct CloudsInFrame {
+// Two bodies, and the hits or near misses in their frame.
+struct DepthQuery {
   const ContactBody *a = nullptr, *b = nullptr;
   const PairFrame* frame = nullptr;
   const HitColumns* hits = nullptr;
+  int level = 0;  // of the samples that hit
 };
 
 struct PairDepth {
   double depth = 0, error = 0;  // [m] ccDepthError()
+  // How far a near patch is as deep as its deepest sample ends, 0..1: a tip.
+  // Moments at the depth to which near misses are moved are off by a thirtieth of it, and what
+  // stands on tips would rock between that and the first touch, which is such an end.
+  double ended = 0;
 };
-// The depth of all patches together. `shape`, `clouds`: null if there are none, or if the bodies do
-// not touch. `level`: of the samples that hit. `voxel`: the pair's [m].
-PairDepth pairDepth(const CcPairSums& patches, const ShapeInCloud* shape,
-                    const CloudsInFrame* clouds, bool oneSided, int level, double voxel);
+// The depth of all patches together.
+PairDepth pairDepth(const CcPairSums& patches, const DepthQuery& pair, const CcTerms& terms);
 
 }  // namespace cloudcontact

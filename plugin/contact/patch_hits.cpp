@@ -141,6 +141,12 @@ void PatchHits::tryBin(const Bin& bin, CcNearestHit& best) const {
   }
 }
 
+float PatchHits::largestOf(const std::vector<float>& numbers) const {
+  float largest = 0;
+  for (const std::uint32_t i : index_) largest = std::max(largest, numbers[i]);
+  return largest;
+}
+
 CcNearestHit PatchHits::nearest(CcNearestHit best) const {
   const Bin* first = nullptr;
   double least = std::numeric_limits<double>::infinity();

@@ -28,6 +28,8 @@ class PatchHits {
   // Moves the four places of a plan to where the patch is wet, and finds what is nearest to each.
   void place(const CcPatchForce& force, const CcFlat& flat, CcPlan& plan,
              CcNearestHit* found) const;
+  // The largest of the numbers of its hits, all positive.
+  float largestOf(const std::vector<float>& numbers) const;
   // Reserves what `other` has reserved.
   void reserveLike(const PatchHits& other);
   // What the lookups since the last call took.

@@ -353,6 +353,39 @@ TEST(MovedContact, RocksOnBallsAsSearchesFind) {
   }
 }
 
+// What stands on a near patch, some of whose points are in while the patch is not in the mean: once
+// all are in, the force grows by k times the approach, as of any pair.
+TEST(MovedContact, WhatWasNearIsPressedByTheWholeSpring) {
+  const auto block = fieldOf(boxMesh({0.02, 0.016, 0.012}), kVoxel);
+  const Solid plane = HalfSpace{};
+  ContactBody top, base;
+  top.field = block.get();
+  base.shape = &plane;
+  top.pose = at({0, 0, 0.006 + 0.02 * kVoxel});
+  ContactSettings settings;
+  settings.margin = kVoxel;
+  settings.law = KelvinVoigt{1e4, 0};
+  ContactFinder finder;
+  ContactResult near = finder.find(top, base, settings);
+  ASSERT_EQ(near.samples, 0u);
+  ASSERT_EQ(near.patches.size(), 1u);
+  for (ContactPoint& p : near.points) p.depth += (p.position.y() > 0 ? 0.03 : 0) * kVoxel;
+  MovedContact kept;
+  for (int i = 0; i < 9; ++i) kept.keep(top, base, settings, kTolerance, kVoxel, near);
+  const auto forceAt = [&](double in) {
+    ContactBody there = top;
+    there.pose.position.z() -= in * kVoxel;
+    ContactResult moved;
+    kept.move(there, base, moved);
+    double force = 0;
+    for (const ContactPoint& p : moved.points) force += p.stiffness * std::max(0.0, p.depth);
+    return force;
+  };
+  const double k = 1e4, first = forceAt(0.06), second = forceAt(0.09);
+  EXPECT_NEAR(first, k * 0.055 * kVoxel, 0.02 * k * 0.055 * kVoxel);
+  EXPECT_NEAR(second - first, k * 0.03 * kVoxel, 1e-3 * k * 0.03 * kVoxel);
+}
+
 INSTANTIATE_TEST_SUITE_P(Shapes, MovedContactTest, ::testing::Bool(),
                          [](const auto& which) { return which.param ? "Ball" : "Block"; });
 

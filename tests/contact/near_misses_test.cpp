@@ -5,11 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "contact/contact_cases.h"
 #include "contact/hit_search.h"
 #include "field/mesh_field.h"
+#include "mesh/feet_meshes.h"
 #include "mesh/thread_meshes.h"
 
 namespace cloudcontact::testing::near_misses_test {
@@ -291,6 +293,46 @@ TEST(NearMisses, ABallIsAsFarAsItIs) {
     }
     EXPECT_LT(std::sqrt(squareOfDepth), 0.005) << gap;
     EXPECT_LT(std::sqrt(squareOfPlace), 0.035) << gap;
+  }
+}
+
+// Of a tip on a plane, the depth grows by the approach, from before the touch to after it: what
+// stands on tips is else held up at another height by what is near than by what touches. Feet
+// differ by what the field knows of each, and each must agree with itself.
+TEST(NearMisses, ATipIsAsFarAsItsTouchIsDeep) {
+  constexpr double kHigh = 60e-3, kCoarse = 5e-3;
+  const auto field = fieldOf(test::feetMesh(test::tipMesh(kHigh), 0.2, 0.15), kCoarse);
+  const Solid plane = HalfSpace{};
+  for (const double turned : {0.0, 0.4, 1.1}) {
+    // The mean depth of each foot's points, less by how far it is in.
+    const auto lag = [&](double in) {
+      ContactBody table, ground;
+      table.field = field.get();
+      table.pose.position.z() = -in;
+      table.pose.orientation = Eigen::AngleAxisd(turned, Vec3::UnitZ());
+      ground.shape = &plane;
+      ContactSettings settings;
+      settings.margin = 0.5 * kCoarse;
+      ContactFinder finder;
+      std::array<double, 4> mean{};
+      std::array<int, 4> count{};
+      for (const ContactPoint& p : finder.find(table, ground, settings).points) {
+        const Vec3 at = table.pose.toLocal(p.position);
+        const auto foot = static_cast<std::size_t>((at.x() > 0) + 2 * (at.y() > 0));
+        mean[foot] += p.depth - in;
+        ++count[foot];
+      }
+      for (std::size_t k = 0; k < 4; ++k) {
+        EXPECT_GT(count[k], 0) << in;
+        mean[k] /= std::max(1, count[k]);
+      }
+      return mean;
+    };
+    const auto touching = lag(0.03 * kCoarse), near = lag(0), far = lag(-0.2 * kCoarse);
+    for (std::size_t k = 0; k < 4; ++k) {
+      EXPECT_NEAR(near[k], touching[k], 8e-4 * kCoarse) << turned << ", " << k;
+      EXPECT_NEAR(far[k], near[k], 1e-6 * kCoarse) << turned << ", " << k;
+    }
   }
 }
 

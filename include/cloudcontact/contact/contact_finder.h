@@ -80,6 +80,10 @@ class ContactFinder {
   // as they do (ContactBody::motion). Same bodies and settings as the search's.
   void lookBeside(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
                   double step, ContactResult& found);
+  // The same where they are near in other places, whichever way they face: the other feet of a
+  // table that stands on some.
+  void lookApart(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+                 ContactResult& found);
   // What all searches of this finder have taken, and how much of that were samples that the last
   // one looked up, with what was looked up around and beside it.
   const WorkCounts& work() const;
