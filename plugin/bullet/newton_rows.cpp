@@ -20,10 +20,19 @@ constexpr int kMostSteps = 60;
 constexpr double kWhole = 0.99;
 // What a mean slope keeps from step to step, and what is none, as a part of the row's mass.
 constexpr double kFade = 0.25, kNoSlope = 1e-3;
-// The secant of Aitken's rule takes a change for the first of a series of so much in the mean.
-constexpr double kLeastRatio = -0.5, kMostRatio = 0.9;
+// [steps] Friction's limits that agree as soon as that, if they go on to close in as they do,
+// follow the impulses.
+constexpr double kSoon = 4;
+// Of what friction's limits want, what is left to the next step.
+constexpr double kLeft = 0.2;
 // The longest step, in whole ones.
 constexpr double kLongest = 2;
+
+// How far off friction's limits may be [m/s] that were `before` off the last time, if they come to
+// `speed` soon at this rate.
+double agreesSoon(double before, double speed) {
+  return std::max(speed, std::pow(speed * std::pow(before, kSoon), 1 / (kSoon + 1)));
+}
 
 double valueOf(const btSimdScalar& impulse) {
   return static_cast<double>(btScalar(impulse));
@@ -89,6 +98,7 @@ bool NewtonRows::readRow(const btSolverConstraint& from,
   if (!(scale > 0) || !(row.inverse > 0)) return false;
   const double soft = double(from.m_cfm) / scale, least = kSoftness * row.inverse;
   row.soft = std::max(soft, least);
+  row.unit = 1 / std::sqrt(row.inverse);
   row.free = double(from.m_rhs) / scale + (row.soft - soft) * valueOf(from.m_appliedImpulse);
   row.low = from.m_lowerLimit;
   row.high = from.m_upperLimit;
@@ -199,6 +209,15 @@ int NewtonRows::classify(bool byImpulses) {
   return changed;
 }
 
+// How far the bodies' step moves a row [m/s].
+[[gnu::always_inline]] inline double NewtonRows::alongStep(const Row& row) const {
+  const double *a = &step_[static_cast<std::size_t>(kSize * row.body[0])],
+               *b = &step_[static_cast<std::size_t>(kSize * row.body[1])];
+  double along = 0;
+  for (int k = 0; k < kSize; ++k) along += row.of[0][k] * a[k] + row.of[1][k] * b[k];
+  return along;
+}
+
 // Newton's step, and how far it moves each row. Returns the largest [m/s].
 double NewtonRows::measureStep() {
   step_ = gradient_;
@@ -207,12 +226,8 @@ double NewtonRows::measureStep() {
   matrix_.solve(step_.data());
   double most = 0;
   for (Row& row : rows_) {
-    const double *a = &step_[static_cast<std::size_t>(kSize * row.body[0])],
-                 *b = &step_[static_cast<std::size_t>(kSize * row.body[1])];
-    double along = 0;
-    for (int k = 0; k < kSize; ++k) along += row.of[0][k] * a[k] + row.of[1][k] * b[k];
-    row.along = along;
-    most = std::max(most, std::abs(along));
+    row.along = alongStep(row);
+    most = std::max(most, std::abs(row.along));
   }
   return most;
 }
@@ -266,28 +281,84 @@ void NewtonRows::move(double length) {
   }
 }
 
-// Sets friction's limits by the normal impulses. Returns by how much a row's speed was off [m/s].
-double NewtonRows::followNormals(Progress& progress) {
-  double off = 0, both = 0, square = 0;
+// How much the normal impulses change friction's limits after these changes of them, as the matrix
+// has it: rows at their limits push by their changes, those within theirs answer.
+void NewtonRows::answer(const std::vector<double>& changes, std::vector<double>& answers) {
+  std::fill(step_.begin(), step_.end(), 0.0);
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    const Row& row = rows_[firstFriction_ + i];
+    const double push = row.side * changes[i] * row.unit;
+    for (int side = 0; push != 0 && side < 2; ++side) {
+      double* const at = &step_[static_cast<std::size_t>(kSize * row.body[side])];
+      for (int k = 0; k < kSize; ++k) at[k] += push * row.of[side][k];
+    }
+  }
+  std::fill(step_.end() - kSize, step_.end(), 0.0);
+  matrix_.solve(step_.data());
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    const Row &row = rows_[firstFriction_ + i],
+              &normal = rows_[static_cast<std::size_t>(row.normal)];
+    const double apart = row.friction > 0 && normal.isWithin ? alongStep(normal) : 0;
+    answers[i] = -row.friction * apart / (normal.soft * row.unit);
+  }
+}
+
+// The changes d of friction's limits of which d - answer(d) is what they want, by generalized
+// conjugate residuals (Eisenstat, Elman, Schultz, SIAM J. Numer. Anal. 20, 1983). They leave a
+// part; the next step's limits want that.
+void NewtonRows::foresee() {
+  const std::size_t count = rows_.size() - firstFriction_;
+  const auto dot = [&](const std::vector<double>& a, const std::vector<double>& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < count; ++i) sum += a[i] * b[i];
+    return sum;
+  };
+  const auto add = [&](double part, const std::vector<double>& from, std::vector<double>& to) {
+    for (std::size_t i = 0; i < count; ++i) to[i] += part * from[i];
+  };
+  std::vector<double>& left = wants_;
+  foreseen_.assign(count, 0);
+  const double enough = kLeft * kLeft * dot(left, left);
+  for (int n = 0; n < kAnswers && dot(left, left) > enough; ++n) {
+    Answered& own = answered_[n];
+    own.change = left;
+    own.wants.resize(count);
+    answer(own.change, own.wants);
+    for (std::size_t i = 0; i < count; ++i) own.wants[i] = own.change[i] - own.wants[i];
+    for (const Answered* other = answered_; other != &own; ++other) {
+      const double part = -dot(own.wants, other->wants) / other->square;
+      add(part, other->wants, own.wants);
+      add(part, other->change, own.change);
+    }
+    own.square = dot(own.wants, own.wants);
+    if (!(own.square > 0)) break;
+    const double part = dot(left, own.wants) / own.square;
+    add(part, own.change, foreseen_);
+    add(-part, own.wants, left);
+  }
+  std::swap(wants_, foreseen_);
+}
+
+// Sets friction's limits by the normal impulses; with `foresees` by those that they lead to.
+// Returns by how much a row's speed was off [m/s].
+double NewtonRows::followNormals(double few, bool foresees) {
+  double off = 0;
+  wants_.clear();
   for (std::size_t r = firstFriction_; r < rows_.size(); ++r) {
     Row& row = rows_[r];
     const double normal = impulses_[static_cast<std::size_t>(row.normal)];
     const double high = std::min(row.most, row.friction * std::max(0.0, normal));
-    const double wants = high - row.high;
-    both += wants * row.wants * row.inverse;
-    square += row.wants * row.wants * row.inverse;
-    if (std::abs(impulses_[r]) >= std::min(high, row.high))
-      off = std::max(off, std::abs(wants) * row.inverse);
-    row.wants = wants;
+    wants_.push_back((high - row.high) / row.unit);
+    const bool slides = std::abs(impulses_[r]) >= std::min(high, row.high);
+    row.side = slides ? (impulses_[r] < 0 ? -1 : 1) : 0;
+    if (slides) off = std::max(off, std::abs(high - row.high) * row.inverse);
   }
-  const bool isSeries = progress.follows && progress.changed == 0 && square > 0;
-  const double part = isSeries ? 1 / (1 - std::clamp(both / square, kLeastRatio, kMostRatio)) : 1;
+  if (foresees && off > few) foresee();
   for (std::size_t r = firstFriction_; r < rows_.size(); ++r) {
     Row& row = rows_[r];
-    row.high = std::max(0.0, row.high + part * row.wants);
+    row.high = std::clamp(row.high + row.unit * wants_[r - firstFriction_], 0.0, row.most);
     row.low = -row.high;
   }
-  progress = {0, !isSeries};
   return off;
 }
 
@@ -298,19 +369,19 @@ const std::vector<double>& NewtonRows::solve(const Pools& pools,
   read(pools, bodies);
   findPairs();
   begin();
-  Progress progress;
   bool isFactored = false;
+  double off = 0;  // that friction's limits were, the last time
   for (int step = 0; step < kMostSteps; ++step) {
     ++steps_;
     const bool first = step == 0;
     const int changed = classify(first);
-    progress.changed += changed;
     if (changed > 0 || !isFactored) isFactored = matrix_.factor();
     if (!isFactored) break;
     const double most = measureStep(), length = first ? 1 : lengthOfStep();
     move(length);
     if (most > speed && length < kWhole) continue;
-    if (followNormals(progress) <= speed && most <= speed) break;
+    off = followNormals(agreesSoon(off, speed), length >= kWhole && off > 0);
+    if (off <= speed && most <= speed) break;
   }
   return impulses_;
 }

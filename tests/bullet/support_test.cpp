@@ -1,5 +1,5 @@
-// Support: a body's center inside the convex hull of what bears it, against the hull's width in many
-// directions.
+// Support: a body's center inside the convex hull of what bears it, against the hull's width in
+// many directions.
 #include "bullet/support.h"
 
 #include <gtest/gtest.h>
