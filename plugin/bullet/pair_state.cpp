@@ -48,6 +48,12 @@ bool closesLightly(double step, const PairQuery& query, const ContactResult& fou
          closes > kCloses * query.voxel;
 }
 
+// Whether the bodies hardly move against each other.
+bool stands(const PairStep& step) {
+  const PairQuery& query = step.query;
+  return step.ahead() * closingSpeed(query.a, query.b) <= kRestsVoxels * query.voxel;
+}
+
 // Whether contacts push both bodies, and all that moves has a velocity that is known.
 bool canLeave(const PairSides& sides) {
   const auto can = [](const btCollisionObject& object) {
@@ -110,10 +116,12 @@ bool PairState::clearAfter(const PairStep& step, const PairSides& sides) const {
 }
 
 // What has lost a side of its support, as a table of which one foot is lifted by a micrometer,
-// would fall about the others for the whole step: it goes on to stand on what is near.
+// would fall about the others for the whole step: it goes on to stand on what is near. What moves
+// is looked up around and beside its touches anyway.
 void PairState::keepSupport(PairStep& step) {
   const PairQuery& query = step.query;
-  if (touched && held && !holdsWeight(query, step.contact, 0, kSupportVoxels * query.voxel))
+  if (!touched || !held || !stands(step)) return;
+  if (!holdsWeight(query, step.contact, 0, kSupportVoxels * query.voxel))
     finder.lookApart(query.a, query.b, query.settings, step.contact);
 }
 
@@ -123,8 +131,7 @@ void PairState::keepSupport(PairStep& step) {
 void PairState::lookBeside(PairStep& step) {
   const PairQuery& query = step.query;
   ContactBody a = query.a, b = query.b;
-  const bool stands = step.ahead() * closingSpeed(a, b) <= kRestsVoxels * query.voxel;
-  const bool rests = touched && (stands || holdsWeight(query, step.contact, 0, 0));
+  const bool rests = touched && (stands(step) || holdsWeight(query, step.contact, 0, 0));
   if (!rests) {
     a.motion.linear += step.ahead() * query.pull[0];
     b.motion.linear += step.ahead() * query.pull[1];

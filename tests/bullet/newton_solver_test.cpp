@@ -199,8 +199,8 @@ TEST(NewtonSolver, RowsOfAHeapAgree) {
 // a tenth a step, and end before they agree.
 TEST(NewtonSolver, FrictionOfAHeapAgreesInLongSteps) {
   const HeapPrice price = priceOfHeap(60);
-  EXPECT_LT(price.sweeps, 2.5);  // 2.39; with limits that follow alone 2.66
-  EXPECT_LT(price.newton, 70);   // 64 and 76
+  EXPECT_LT(price.sweeps, 2.6);  // 2.52; with limits that follow alone 2.66
+  EXPECT_LT(price.newton, 73);   // 69 and 77
 }
 
 // How a tower of bricks stands, turned by 0, 0.2 and 0.4 rad in turn, 4 mm voxels.
