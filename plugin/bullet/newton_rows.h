@@ -23,8 +23,7 @@ namespace cloudcontact {
 //   way: that alone is the solution where rows neither open nor slide.
 // - Along the others the function's least is found exactly, by going from kink to kink.
 // - A row that would pass its range within the step counts in the next ones with its mean slope
-// over
-//   this one, less and less. Without, steps stop at the first rows that turn about, one after
+//   over this one, less and less. Without, steps stop at the first rows that turn about, one after
 //   another.
 // - Limits of friction follow the normal impulses each time that a step has reached its end. By
 //   themselves they close in slowly, at 60 Hz by a tenth a step: what friction holds presses what

@@ -232,20 +232,18 @@ std::optional<NearMiss> missOf(const Direction& dir, const FieldData* other, con
 // Samples that will be in the other body, in part at least, once the nearest is kLightly deep.
 void NearMissSearch::takeMisses(const Direction& dir, const FieldData* other) {
   const Lanes& lanes = *lanes_;
-  const SampleColumns& samples = dir.samples.levels[dir.level].samples;
   const float halfWidth = dir.limits().halfWidth;
   // By the step's end the bodies have turned: how far a sample reaches now says nothing of then.
-  const bool ahead = known_ && known_->look == KnownMeets::Look::Ahead,
-             apart = known_ && known_->look == KnownMeets::Look::Apart;
+  const auto looks = [&](KnownMeets::Look look) { return known_ && known_->look == look; };
+  const bool ahead = looks(KnownMeets::Look::Ahead), apart = looks(KnownMeets::Look::Apart);
   for (int i = 0; i < lanes.count; ++i) {
-    const std::uint32_t planes = ccPlaneCount({lanes.a[i], lanes.b[i]});
     const float depth = lanes.depth[i];
-    if (planes == 0 || depth < -margin_) continue;
+    if (ccPlaneCount({lanes.a[i], lanes.b[i]}) == 0 || depth < -margin_) continue;
     const float way = wayOf(dir, i), half = halfWidth * lanes.own.width[i];
     if (depth + way + (ahead ? 0 : half) < nearest_ - within_) continue;
     if (known_ && (depth >= 0 || !isBeside(dir, i, depth + way))) continue;
     const std::optional<NearMiss> miss =
-        missOf(dir, other, samples[lanes.sample[i]],
+        missOf(dir, other, dir.samples.levels[dir.level].samples[lanes.sample[i]],
                {depth, {lanes.nx[i], lanes.ny[i], lanes.nz[i]}}, work_.samples);
     if (!miss || (apart && miss->hit.depth + miss->end >= 0)) continue;
     const float rank = miss->hit.depth + way;
