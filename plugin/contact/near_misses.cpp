@@ -2,7 +2,6 @@
 #include "contact/near_misses.h"
 
 #include "contact/search_targets.h"
-#include "kernels/contact/sharp_point.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,10 +20,6 @@ constexpr std::size_t kBest = 64;
 // [voxels] As kLightly, of depths at the step's end. With 0.1, not the edge that comes down was
 // found but the middle of the face, which is nearer and comes down by less.
 constexpr float kAhead = 0.025f;
-constexpr float kLeans = 0.5f;   // sine of 30 deg between a sample and the other's surface
-constexpr float kBeyond = 0.5f;  // [own voxels] from a sample's end, where its body is asked
-// [own voxels] A sample whose ends differ in depth by less is as deep as its middle.
-constexpr float kLevel = 1e-3f;
 constexpr float kNone = -1e30f;  // less than any depth [m]
 
 }  // namespace
@@ -40,12 +35,11 @@ struct NearMissSearch::OneSide {
     return {way,   samples, samples.samples(),
             level, side,    static_cast<float>(samples.cloud().voxelSize())};
   }
+  const FieldData* field() const { return other->shape ? nullptr : &other->field->data(); }
   template <typename Visit>
   void withTarget(const Direction& dir, Visit&& visit) const {
-    if (!other->shape) {
-      const FieldData& field = other->field->data();
-      return visit(FieldTarget{dir, field, static_cast<float>(field.cloud().voxelSize())});
-    }
+    if (const FieldData* const to = field())
+      return visit(FieldTarget{dir, *to, static_cast<float>(to->cloud().voxelSize())});
     const Pose toShape = toShapeOf(*own, *other);
     visit(ShapeTarget{dir, *other->shape, toShape, dir.samples.levels[dir.level].samples});
   }
@@ -62,6 +56,7 @@ void NearMissSearch::reserveLike(const NearMissSearch& other) {
     others_[level].reserve(other.others_[level].capacity());
   bricks_.reserve(other.bricks_.capacity());
   runs_.reserve(other.runs_.capacity());
+  for (int side = 0; side < 2; ++side) near_[side].reserve(other.near_[side].capacity());
   found_.reserve(other.found_.capacity());
   ranks_.reserve(other.ranks_.capacity());
 }
@@ -78,8 +73,8 @@ void NearMissSearch::look(const Direction& dir, const Target& target, const Samp
     loadSamples(dir, true, lanes);
     target.measurePoints(lanes);
     work_.planes += std::exchange(lanes.planes, 0);
-    if (known_) findFacing(dir, lanes);
-    take(dir, target.field());
+    if (known_ || dir.level == 0 || takingOthers_) findFacing(dir, lanes);
+    take(dir);
     lanes.clear();
   };
   for (; first != last; ++first)
@@ -105,7 +100,7 @@ V3 normalThere(const Direction& dir, const Lanes& lanes, int lane) {
 // a ball's front seems to come down where it rolls; on an arc, a nut's flank seems to enter the
 // bolt about which it turns, since the normal does not turn with it.
 float NearMissSearch::wayOf(int side, const V3& place, const V3& there) const {
-  if (!known_ || known_->look != KnownMeets::Look::Ahead) return 0;
+  if (!looks(KnownMeets::Look::Ahead)) return 0;
   const auto way = [&](const KnownMeets::Way& by) {
     return -(by.turn * place + by.shift).dot(there);
   };
@@ -158,7 +153,7 @@ void NearMissSearch::consider(const Direction& dir, const float* estimates, cons
 }
 
 // Keeps what the lanes found: candidates, or samples of the finest level.
-void NearMissSearch::take(const Direction& dir, const FieldData* other) {
+void NearMissSearch::take(const Direction& dir) {
   const Lanes& lanes = *lanes_;
   if (dir.level > 0 && !takingOthers_) {
     float estimates[kLanes], depths[kLanes];
@@ -175,82 +170,68 @@ void NearMissSearch::take(const Direction& dir, const FieldData* other) {
     consider(dir, estimates, depths, lanes.count, [&](int i) { return lanes.sample[i]; });
     return;
   }
-  takeMisses(dir, other);
+  keepNear(dir);
 }
 
-namespace {
-
-// A sample as far from the other body's surface as `near` says, over `share` of its area.
-NearMiss missAt(const Direction& dir, const SurfaceSample& s, const SurfaceNear& near, float spread,
-                float share = 1) {
-  NearMiss miss{hitOf(dir, s, near.depth, near.normal, false), spread, spread};
-  miss.hit.position = applied(dir.toFrame, V3(s.position[0], s.position[1], s.position[2]));
-  miss.hit.area *= share;
-  return miss;
-}
-
-// A lane's sample, from its middle to its near end: where its plane comes nearest to the other
-// body, as far as the sample goes. `seen`: the other's plane there.
-//
-// Beside one that leans there is a nearer one, unless an edge of its body is there. Such an edge is
-// near a face of the other, so that the gap closes along the other's normal. With the mean of both,
-// a nut's crests seemed to close as they slide along the flanks, and the rows that held them back
-// shook it; and so did those of walls that lean on a peg's chamfer, near which the peg's edge is.
-std::optional<NearMiss> missOf(const Direction& dir, const FieldData* other, const SurfaceSample& s,
-                               const SurfaceNear& seen, std::size_t& asked) {
-  const V3 place(s.position[0], s.position[1], s.position[2]),
-      own(s.normal[0], s.normal[1], s.normal[2]);
-  asked += other != nullptr;
-  SurfaceNear near = other ? nearestSurface(dir, *other, place, seen) : seen;
-  V3 there;
-  ccTurnBack(dir.turnToOther, near.normal.data(), there.data());
-  const V3 slope = -there - own.dot(-there) * own;
-  const float sine = slope.norm(), half = dir.limits().halfWidth * s.width;
-  if (sine > kLeans) {
-    ++asked;
-    if (!isOutsideOwn(dir, place + (half / dir.voxel + kBeyond) / sine * slope))
-      return std::nullopt;
-    NearMiss miss = missAt(dir, s, near, 0);
-    miss.hit.own = -miss.hit.other;
-    miss.end = half * sine;
-    return miss;
-  }
-  if (!(half * sine > kLevel * dir.voxel)) return missAt(dir, s, near, 0);
-  if (!other) return missAt(dir, s, near, half * sine);
-  ++asked;
-  // Over an edge of the other body, no farther than to the place below it.
-  const bool isOverEdge = near.normal.dot(seen.normal) < CC_SHARP_ALIKE;
-  const float by = isOverEdge ? std::min(half, -near.depth * sine) : half;
-  const SurfaceNear end = nearestSurface(dir, *other, place + by / dir.voxel / sine * slope,
-                                         {near.depth + by * sine, near.normal});
-  if (by < half) return missAt(dir, s, end, 0, 1 - by / half);
-  return missAt(dir, s, {near.depth, end.normal}, std::max(end.depth - near.depth, 0.0f));
-}
-
-}  // namespace
-
-// Samples that will be in the other body, in part at least, once the nearest is kLightly deep.
-void NearMissSearch::takeMisses(const Direction& dir, const FieldData* other) {
+// Keeps the lanes that may count, with the depth that no part of theirs exceeds: what is nearest to
+// the other body is at most as near as the other's plane is. By the step's end the bodies have
+// turned: how far a sample reaches now says nothing of then.
+void NearMissSearch::keepNear(const Direction& dir) {
   const Lanes& lanes = *lanes_;
-  const float halfWidth = dir.limits().halfWidth;
-  // By the step's end the bodies have turned: how far a sample reaches now says nothing of then.
-  const auto looks = [&](KnownMeets::Look look) { return known_ && known_->look == look; };
-  const bool ahead = looks(KnownMeets::Look::Ahead), apart = looks(KnownMeets::Look::Apart);
+  const float halfWidth = looks(KnownMeets::Look::Ahead) ? 0 : dir.limits().halfWidth;
   for (int i = 0; i < lanes.count; ++i) {
     const float depth = lanes.depth[i];
     if (ccPlaneCount({lanes.a[i], lanes.b[i]}) == 0 || depth < -margin_) continue;
-    const float way = wayOf(dir, i), half = halfWidth * lanes.own.width[i];
-    if (depth + way + (ahead ? 0 : half) < nearest_ - within_) continue;
+    const float way = wayOf(dir, i), facing = lanes.facing[i],
+                sine = std::sqrt(std::max(1 - facing * facing, 0.0f)),
+                most = depth + way + halfWidth * lanes.own.width[i] * sine;
+    if (most < nearest_ - within_) continue;
     if (known_ && (depth >= 0 || !isBeside(dir, i, depth + way))) continue;
-    const std::optional<NearMiss> miss =
-        missOf(dir, other, dir.samples.levels[dir.level].samples[lanes.sample[i]],
-               {depth, {lanes.nx[i], lanes.ny[i], lanes.nz[i]}}, work_.samples);
-    if (!miss || (apart && miss->hit.depth + miss->end >= 0)) continue;
-    const float rank = miss->hit.depth + way;
+    near_[dir.side].push_back(
+        {most, way, lanes.sample[i], depth, {lanes.nx[i], lanes.ny[i], lanes.nz[i]}});
+  }
+}
+
+std::optional<NearMiss> NearMissSearch::weighed(const Direction& dir, const FieldData* other,
+                                                const Near& n) {
+  std::optional<NearMiss> miss = missOf(dir, other, dir.samples.levels[dir.level].samples[n.sample],
+                                        {n.depth, n.other}, work_.samples);
+  if (looks(KnownMeets::Look::Apart) && miss && miss->hit.depth + miss->end >= 0) miss.reset();
+  return miss;
+}
+
+// The nearest so far, from those that may be nearest. Most others need not be weighed then.
+void NearMissSearch::findNearest(const OneSide& side) {
+  if (near_[side.side].empty()) return;
+  const Direction dir = side.at(0);
+  constexpr int kFirst = 4;
+  const Near* first[kFirst] = {};
+  for (const Near& n : near_[side.side]) {
+    const Near* one = &n;
+    for (const Near*& f : first)
+      if (!f || one->most > f->most) std::swap(f, one);
+  }
+  for (const Near* const n : first)
+    if (n && n->most > nearest_)
+      if (const auto miss = weighed(dir, side.field(), *n))
+        nearest_ = std::max(nearest_, miss->hit.depth + n->way);
+}
+
+// Samples that will be in the other body, in part at least, once the nearest is kLightly deep.
+void NearMissSearch::takeMisses(const OneSide& side, int level) {
+  if (near_[side.side].empty()) return;
+  const Direction dir = side.at(level);
+  const bool ahead = looks(KnownMeets::Look::Ahead);
+  for (const Near& n : near_[side.side]) {
+    if (n.most < nearest_ - within_) continue;
+    const std::optional<NearMiss> miss = weighed(dir, side.field(), n);
+    if (!miss) continue;
+    const float rank = miss->hit.depth + n.way;
     if (!takingOthers_) nearest_ = std::max(nearest_, rank);
     found_.push_back(*miss);
     ranks_.push_back(rank + (ahead ? 0 : miss->spread));
   }
+  near_[side.side].clear();
 }
 
 // Keeps what may count in this search beside a touch or in one that follows.
@@ -318,6 +299,7 @@ void NearMissSearch::takeOthers(const OneSide& side, int level) {
   side.withTarget(dir, [&](const auto& target) {
     look(dir, target, runs_.data(), runs_.data() + runs_.size());
   });
+  takeMisses(side, level);
   takingOthers_ = false;
 }
 
@@ -411,6 +393,7 @@ const std::vector<NearMiss>& NearMissSearch::run(const ContactBody* const* bodie
             static_cast<float>(frame.voxel);
   nearest_ = kNone;
   work_ = {};
+  for (std::vector<Near>& near : near_) near.clear();
   found_.clear();
   ranks_.clear();
   const OneSide sides[2] = {{bodies[0], bodies[1], ways[0], kA},
@@ -440,6 +423,8 @@ const std::vector<NearMiss>& NearMissSearch::run(const ContactBody* const* bodie
       searchOn(side, level);
     }
   }
+  for (const OneSide& side : sides) findNearest(side);
+  for (const OneSide& side : sides) takeMisses(side, 0);
   if (!known)
     for (int level = kLevels - 1; level > 0; --level)
       for (const OneSide& side : sides) takeOthers(side, level);

@@ -18,11 +18,13 @@
 // A touch is never left to this search: HitSearch asks every sample that may touch.
 #pragma once
 
+#include "contact/near_miss.h"
 #include "contact/pair_frame.h"
 #include "contact/sample_search.h"
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace cloudcontact {
@@ -57,14 +59,6 @@ struct KnownMeets {
   Side of[2];
   Look look = Look::Beside;
   bool again = false;  // the bodies stand as in the last search: its coarsest samples are known
-};
-
-// A sample that nearly touches. `hit.other` is the normal where the other body is nearest; so is,
-// the other way, `hit.own` of a sample beside an edge of its body.
-struct NearMiss {
-  Hit hit;       // at the sample itself
-  float spread;  // half the range of its depth [m] (ccWet())
-  float end;     // how much nearer it ends than its middle is, at an edge of its body, too [m]
 };
 
 class NearMissSearch {
@@ -104,6 +98,14 @@ class NearMissSearch {
   struct Coarsest : Candidate {
     Eigen::Vector3f place, normal, there;
   };
+  // A sample that may count, once it is weighed.
+  struct Near {
+    float most;  // [m] the depth that no part of it exceeds, at the step's end where it counts
+    float way;   // [m] how much deeper it gets within the step, if that counts
+    std::uint32_t sample;
+    float depth;            // [m] by the other's plane
+    Eigen::Vector3f other;  // its normal
+  };
   struct OneSide;
 
   void scan(const OneSide& side, const search::CoarseFound& coarse);
@@ -111,10 +113,15 @@ class NearMissSearch {
   template <typename Target>
   void look(const search::Direction& dir, const Target& target, const SampleRun* first,
             const SampleRun* last);
-  void take(const search::Direction& dir, const FieldData* other);
-  void takeMisses(const search::Direction& dir, const FieldData* other);
+  void take(const search::Direction& dir);
+  void keepNear(const search::Direction& dir);
+  void findNearest(const OneSide& side);
+  std::optional<NearMiss> weighed(const search::Direction& dir, const FieldData* other,
+                                  const Near& near);
+  void takeMisses(const OneSide& side, int level);
   void takeCoarsest(const search::Direction& dir, const float* estimates, const float* depths);
   void considerCoarsest();
+  bool looks(KnownMeets::Look look) const { return known_ && known_->look == look; }
   bool isWanted(float estimate, float depth) const {
     return (estimate >= leastEstimate_) | ((estimate > least_) & (depth >= leastDepth_));
   }
@@ -152,6 +159,7 @@ class NearMissSearch {
   bool takingOthers_ = false;
   std::vector<std::uint32_t> bricks_;
   std::vector<SampleRun> runs_;
+  std::vector<Near> near_[2];  // by side
   std::vector<NearMiss> found_;
   std::vector<float> ranks_;  // of found_: depths of ends, at the step's end where it counts [m]
   std::unique_ptr<search::Lanes> lanes_;
