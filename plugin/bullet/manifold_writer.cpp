@@ -23,6 +23,11 @@ btManifoldPoint commonOf(const PairSides& sides, bool rigid) {
   const btCollisionObject* const a = sides.wrapA->getCollisionObject();
   const btCollisionObject* const b = sides.wrapB->getCollisionObject();
   btManifoldPoint point;
+  // Bullet makes vectors of anything, and writes and compares their unused fourth number at times.
+  for (btVector3* v : {&point.m_localPointA, &point.m_localPointB, &point.m_positionWorldOnA,
+                       &point.m_positionWorldOnB, &point.m_normalWorldOnB,
+                       &point.m_lateralFrictionDir1, &point.m_lateralFrictionDir2})
+    v->setZero();
   point.m_combinedFriction = gCalculateCombinedFrictionCallback(a, b);
   point.m_combinedRollingFriction = gCalculateCombinedRollingFrictionCallback(a, b);
   point.m_combinedSpinningFriction = gCalculateCombinedSpinningFrictionCallback(a, b);
