@@ -147,6 +147,20 @@ std::string keyOf(const Pose& pose) {
   return keyOfTurn(pose.orientation) + keyOfVector(pose.position);
 }
 
+// Of a file as it is now.
+std::string stampOf(const std::filesystem::path& file) {
+  std::error_code none;
+  const auto written = std::filesystem::last_write_time(file, none).time_since_epoch().count();
+  return ' ' + std::to_string(written) + ' ' +
+         std::to_string(std::filesystem::file_size(file, none));
+}
+
+// Of a cloud that its field keeps: clouds of equal matter share their voxels.
+std::string keyOf(const Cloud& cloud) {
+  return std::to_string(reinterpret_cast<std::uintptr_t>(&cloud.voxels())) +
+         keyOfVector(cloud.origin());
+}
+
 SceneClouds::SceneClouds(const CommonOptions& options, double voxel,
                          std::shared_ptr<ShapeStore> store, const SceneTraits& traits)
     : options_(options),
@@ -257,8 +271,11 @@ Cloud SceneClouds::objectCloud(const SceneMesh& geometry, const std::string& bod
   if (!geometry.thresholds.empty()) options.thresholds = geometry.thresholds;
   options.voxel.reset();  // saved voxels keep their size, beside bodies of another
   const double voxel = options_.voxel && !object.cloud ? voxel_ : program::defaultVoxel(object);
-  return store_->clouds.get(keyOf(SceneGeometry(geometry)) + keyOfVector(Vec3(voxel, 0, 0)),
-                            [&] { return digitizeBody(object, voxel, options).cloud; });
+  const auto make = [&] { return digitizeBody(object, voxel, options).cloud; };
+  if (geometry.cloud) return make();
+  return store_->clouds.get(
+      keyOf(SceneGeometry(geometry)) + stampOf(geometry.file) + keyOfVector(Vec3(voxel, 0, 0)),
+      make);
 }
 
 // Digitizes a mesh once for each orientation; positions share the cloud.
@@ -281,11 +298,9 @@ PlacedField SceneClouds::field(const SceneGeometry& geometry, const Pose& pose,
   const Pose place = digital ? pose : Pose();
   auto& kept = fields_[digital ? keyOf(geometry) : keyOf(geometry) + keyOf(pose)];
   if (kept) return {kept, place};
-  const auto make = [&] { return buildField(cloud(geometry, pose, body).cloud, body, options_); };
-  if (digital || !parts(geometry, body).empty()) return {kept = make(), place};
-  const std::string key =
-      contentKey(*mesh(geometry, body)) + keyOf(pose) + keyOfVector(Vec3(voxel_, 0, 0));
-  return {kept = store_->fields.get(key, make), place};
+  const Cloud matter = cloud(geometry, pose, body).cloud;
+  kept = store_->fields.get(keyOf(matter), [&] { return buildField(matter, body, options_); });
+  return {kept, place};
 }
 
 PlacedLevels SceneClouds::levels(const SceneGeometry& geometry, const Pose& pose,
@@ -295,7 +310,9 @@ PlacedLevels SceneClouds::levels(const SceneGeometry& geometry, const Pose& pose
   if (!kept) {
     FieldSettings how;
     how.threads = options_.threads;
-    kept = std::make_shared<const FieldLevels>(cloud(geometry, pose, body).cloud, how);
+    const Cloud matter = cloud(geometry, pose, body).cloud;
+    kept = store_->levels.get(keyOf(matter),
+                              [&] { return std::make_shared<const FieldLevels>(matter, how); });
   }
   return {kept, digital ? pose : Pose()};
 }

@@ -17,4 +17,13 @@ std::string contentKey(const Mesh& mesh) {
          std::to_string(hash);
 }
 
+std::shared_ptr<ShapeStore> commonStore() {
+  static std::mutex mutex;
+  static std::weak_ptr<ShapeStore> known;
+  const std::lock_guard lock(mutex);
+  std::shared_ptr<ShapeStore> store = known.lock();
+  if (!store) known = store = std::make_shared<ShapeStore>();
+  return store;
+}
+
 }  // namespace cloudcontact::program

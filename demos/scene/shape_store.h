@@ -2,6 +2,7 @@
 // convex parts, only once.
 #pragma once
 
+#include <cloudcontact/field/field_levels.h>
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/voxels/cloud.h>
 
@@ -20,7 +21,8 @@ namespace cloudcontact::program {
 template <class Value>
 class KeptOnce {
  public:
-  // Rethrows what `make` threw to every caller.
+  // Rethrows what `make` threw to all who wait. Who asks later makes it again: it may have ended at
+  // Ctrl-C.
   Value get(const std::string& key, const std::function<Value()>& make) {
     std::promise<Value> promise;
     std::shared_future<Value> future;
@@ -34,6 +36,10 @@ class KeptOnce {
     if (first) try {
         promise.set_value(make());
       } catch (...) {
+        {
+          const std::lock_guard lock(mutex_);
+          kept_.erase(key);
+        }
         promise.set_exception(std::current_exception());
       }
     return future.get();
@@ -44,12 +50,17 @@ class KeptOnce {
   std::map<std::string, std::shared_future<Value>> kept_;
 };
 
-// Keys hold all that the values depend on (contentKey, pose, voxel).
+// Keys hold all that the values depend on (contentKey, pose, voxel); those of fields and levels are
+// the cloud's address, which they keep.
 struct ShapeStore {
   KeptOnce<Cloud> clouds;
   KeptOnce<std::shared_ptr<const SurfaceField>> fields;
+  KeptOnce<std::shared_ptr<const FieldLevels>> levels;
   KeptOnce<ConvexParts> parts;
 };
+
+// One for worlds that live at the same time in this process. It goes when the last of them does.
+std::shared_ptr<ShapeStore> commonStore();
 
 // A key from a hash of a mesh's vertices and triangles.
 std::string contentKey(const Mesh& mesh);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cloudcontact/bullet/pair_report.h>
+#include <cloudcontact/bullet/world_state.h>
 #include <cloudcontact/contact/work_counts.h>
 #include <cloudcontact/mesh/mesh.h>
 #include <cloudcontact/voxels/cloud.h>
@@ -145,6 +146,15 @@ struct WorkDone {
   std::size_t bytes = 0;   // that the pairs of now keep between steps
 };
 
+// A state of a world. Numbers are those of the bodies, in their order.
+struct WorldSave {
+  WorldState bullet;
+  double time = 0, latestStep = 0;  // [s]
+  ContactMoment moment;
+  std::vector<BodyLoad> loads;
+  std::vector<double> volumes;  // of those that can be cut, else 0 [m^3]
+};
+
 // How two bodies met, all steps together.
 struct PairUse {
   std::size_t a = 0, b = 0;  // bodies
@@ -163,6 +173,12 @@ class World {
   void step(double seconds);
   // Finds contacts at the current poses, without a step.
   void findContacts();
+  // The state between two steps, and back to it: the world goes on as it did from there, to the
+  // bit. The world may be another one of the same scene. Loads come back, pulls stay as they are.
+  // save() throws BadInput where a body deforms, restore() where the state is of another scene or
+  // a body was cut since.
+  WorldSave save() const;
+  void restore(const WorldSave& save);
 
   // Pieces that fall off a body that is cut become bodies behind the others.
   std::size_t bodyCount() const;

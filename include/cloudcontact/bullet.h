@@ -21,6 +21,7 @@
 #include <cloudcontact/bullet/world_cutter.h>
 #include <cloudcontact/bullet/world_file.h>
 #include <cloudcontact/bullet/world_hand.h>
+#include <cloudcontact/bullet/world_state.h>
 
 #include <cloudcontact/mesh/mesh_file.h>
 #include <cloudcontact/voxels/digitize.h>

@@ -59,6 +59,7 @@ struct ContactsRecord {
 template <typename Archive>
 void vectorIn(Archive& archive, btVector3& v) {
   archive(v[0], v[1], v[2]);
+  v[3] = 0;  // unused, but Bullet compares it
 }
 
 template <typename Archive>
@@ -112,7 +113,7 @@ class Ranks {
   std::map<const void*, std::int32_t> ranks_;
 };
 
-// The pairs with clouds that a file can name.
+// The pairs with clouds that a file can name, by their names.
 std::vector<std::pair<CloudPair, CloudAlgorithm*>> cloudPairs(const NarrowPhase& clouds,
                                                               const Ranks& ranks) {
   std::vector<std::pair<CloudPair, CloudAlgorithm*>> all;
@@ -125,6 +126,9 @@ std::vector<std::pair<CloudPair, CloudAlgorithm*>> cloudPairs(const NarrowPhase&
     pair.nth = count[pair.name]++;
     all.emplace_back(std::move(pair), algorithm);
   }
+  const auto place = [](const auto& one) { return std::pair(one.first.name, one.first.nth); };
+  std::sort(all.begin(), all.end(),
+            [&](const auto& one, const auto& other) { return place(one) < place(other); });
   return all;
 }
 
@@ -166,20 +170,42 @@ void setPoints(btPersistentManifold& manifold, const std::vector<btManifoldPoint
   for (int i = 0; i < count; ++i) manifold.getContactPoint(i) = points[std::size_t(i)];
 }
 
-// The overlapping pairs in the order of the file, and others after them.
+// The overlapping pairs in the order of the record, with the algorithms that they have. `others`:
+// those that the record does not have follow; without, only those of what is no rigid body do.
 void orderOverlaps(btDynamicsWorld& world, const std::vector<btRigidBody*>& bodies,
-                   const ContactsRecord& record) {
+                   const ContactsRecord& record, bool others) {
   btOverlappingPairCache& cache = *world.getPairCache();
   btDispatcher* const dispatcher = world.getDispatcher();
-  std::vector<std::pair<btBroadphaseProxy*, btBroadphaseProxy*>> known;
+  std::vector<btBroadphasePair> known;
   const btBroadphasePairArray& array = cache.getOverlappingPairArray();
-  for (int i = 0; i < array.size(); ++i) known.emplace_back(array[i].m_pProxy0, array[i].m_pProxy1);
-  for (const auto& [a, b] : known) cache.removeOverlappingPair(a, b, dispatcher);
+  for (int i = 0; i < array.size(); ++i) known.push_back(array[i]);
+  std::map<std::pair<const void*, const void*>, btCollisionAlgorithm*> algorithms;
+  for (const btBroadphasePair& pair : known) {
+    algorithms[{pair.m_pProxy0, pair.m_pProxy1}] =
+        std::exchange(cache.findPair(pair.m_pProxy0, pair.m_pProxy1)->m_algorithm, nullptr);
+    cache.removeOverlappingPair(pair.m_pProxy0, pair.m_pProxy1, dispatcher);
+  }
+  const auto add = [&](btBroadphaseProxy* a, btBroadphaseProxy* b) {
+    btBroadphasePair* const pair = cache.addOverlappingPair(a, b);
+    if (!pair) return;
+    const auto kept = algorithms.find({pair->m_pProxy0, pair->m_pProxy1});
+    if (kept != algorithms.end()) pair->m_algorithm = std::exchange(kept->second, nullptr);
+  };
   for (const Overlap& pair : record.overlaps)
-    cache.addOverlappingPair(bodies.at(std::size_t(pair.a))->getBroadphaseProxy(),
-                             bodies.at(std::size_t(pair.b))->getBroadphaseProxy());
-  for (const auto& [a, b] : known)
-    if (!cache.findPair(a, b)) cache.addOverlappingPair(a, b);
+    add(bodies.at(std::size_t(pair.a))->getBroadphaseProxy(),
+        bodies.at(std::size_t(pair.b))->getBroadphaseProxy());
+  const Ranks ranks(bodies);
+  for (const btBroadphasePair& pair : known) {
+    const bool named = ranks.of(pair.m_pProxy0->m_clientObject) != kNobody &&
+                       ranks.of(pair.m_pProxy1->m_clientObject) != kNobody;
+    if ((others || !named) && !cache.findPair(pair.m_pProxy0, pair.m_pProxy1))
+      add(pair.m_pProxy0, pair.m_pProxy1);
+  }
+  for (const auto& [proxies, algorithm] : algorithms) {
+    if (!algorithm) continue;
+    algorithm->~btCollisionAlgorithm();
+    dispatcher->freeCollisionAlgorithm(algorithm);
+  }
 }
 
 // Pairs that had not met yet when they were saved, and those that were not there.
@@ -265,6 +291,37 @@ class KnownManifolds {
   std::map<std::array<std::int64_t, 3>, btPersistentManifold*> ofBullet_;
 };
 
+// Whether all that the record names is in the world, where its pairs are.
+bool isThere(btDynamicsWorld& world, const NarrowPhase& clouds,
+             const std::vector<btRigidBody*>& bodies, const ContactsRecord& record) {
+  btOverlappingPairCache& cache = *world.getPairCache();
+  for (const Overlap& pair : record.overlaps) {
+    const btBroadphasePair* const now =
+        cache.findPair(bodies[std::size_t(pair.a)]->getBroadphaseProxy(),
+                       bodies[std::size_t(pair.b)]->getBroadphaseProxy());
+    if (pair.met && !(now && now->m_algorithm)) return false;
+  }
+  const Ranks ranks(bodies);
+  std::set<std::pair<PairName, std::uint32_t>> pairs;
+  std::set<const btPersistentManifold*> ours;
+  for (const auto& [pair, algorithm] : cloudPairs(clouds, ranks)) {
+    pairs.emplace(pair.name, pair.nth);
+    for (const btPersistentManifold* manifold : manifoldsOf(*algorithm)) ours.insert(manifold);
+  }
+  for (const CloudPair& pair : record.pairs)
+    if (!pairs.contains({pair.name, pair.nth})) return false;
+  std::set<std::array<std::int64_t, 3>> own;
+  OwnManifolds names(ranks);
+  for (const btPersistentManifold* manifold : manifoldsIn(*world.getDispatcher())) {
+    if (ours.contains(manifold)) continue;
+    const ManifoldName name = names.next(*manifold);
+    own.insert({name.a, name.b, name.nth});
+  }
+  for (const auto& [name, points] : record.manifolds)
+    if (name.cloudPair < 0 && !own.contains({name.a, name.b, name.nth})) return false;
+  return true;
+}
+
 // The file's numbers of manifolds: as many are made as it says, so each must have a place in its
 // list.
 void requireListed(const ContactsRecord& record) {
@@ -317,20 +374,33 @@ std::string contactsOf(btDynamicsWorld& world, const NarrowPhase& clouds) {
   return writer.bytes();
 }
 
-void restoreContacts(btDynamicsWorld& world, const NarrowPhase& clouds,
-                     const std::vector<btRigidBody*>& bodies, std::span<const char> bytes) {
+void checkContacts(std::span<const char> bytes, std::size_t bodies) {
   ContactsRecord record;
   ByteReader reader(bytes);
   recordIn(reader, record);
-  const auto isBody = [&](std::int32_t rank) {
-    return rank >= 0 && std::size_t(rank) < bodies.size();
-  };
+  const auto isBody = [&](std::int32_t rank) { return rank >= 0 && std::size_t(rank) < bodies; };
   for (const Overlap& pair : record.overlaps)
     if (!isBody(pair.a) || !isBody(pair.b))
       throw std::runtime_error("contacts name a body that is not there");
   requireListed(record);
-  orderOverlaps(world, bodies, record);
-  world.performDiscreteCollisionDetection();
+}
+
+void restoreContacts(btDynamicsWorld& world, const NarrowPhase& clouds,
+                     const std::vector<btRigidBody*>& bodies, std::span<const char> bytes,
+                     const std::function<void()>& restorePhase) {
+  checkContacts(bytes, bodies.size());
+  ContactsRecord record;
+  ByteReader reader(bytes);
+  recordIn(reader, record);
+  const auto order = [&] {
+    if (restorePhase) restorePhase();
+    orderOverlaps(world, bodies, record, !restorePhase);
+  };
+  order();
+  if (!isThere(world, clouds, bodies, record)) {
+    world.performDiscreteCollisionDetection();
+    if (restorePhase) order();
+  }
   forgetOthers(world, bodies, record);
   KnownManifolds known(*world.getDispatcher(), clouds, bodies, record);
   Manifolds ordered;

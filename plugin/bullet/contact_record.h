@@ -4,6 +4,8 @@
 // contacts of others are left out.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,9 +19,15 @@ class NarrowPhase;
 
 std::string contactsOf(btDynamicsWorld& world, const NarrowPhase& clouds);
 
-// `bodies`: those of the file, by rank, all in the world. It finds the contacts where they are, and
-// sets them to what they were. Throws std::runtime_error for bytes that are none.
+// Throws std::runtime_error for bytes that are no contacts of so many bodies.
+void checkContacts(std::span<const char> bytes, std::size_t bodies);
+
+// `bodies`: those of the record, by rank, all in the world. It finds the contacts where they are,
+// unless all pairs of the record are there, and sets them to what they were. `restorePhase`: sets
+// the broad phase to what it was, but for its pairs; without, pairs that the record does not have
+// stay. Throws as checkContacts().
 void restoreContacts(btDynamicsWorld& world, const NarrowPhase& clouds,
-                     const std::vector<btRigidBody*>& bodies, std::span<const char> bytes);
+                     const std::vector<btRigidBody*>& bodies, std::span<const char> bytes,
+                     const std::function<void()>& restorePhase = {});
 
 }  // namespace cloudcontact

@@ -29,11 +29,11 @@ class Leaving {
   // For a step with a contact from elsewhere, and one without a query.
   void touched(const ContactResult& found);
   void reset();
-  // For files (base/byte_archive.h). A pair that leaves begins to leave again.
+  // For files (base/byte_archive.h).
   template <typename Archive>
   void keepIn(Archive& archive) {
-    archive(held_, last_, least_, still_);
-    if constexpr (Archive::kReads) on_ = way_ = false;
+    archive(on_, way_, held_, last_, least_, still_, speed_);
+    out_.keepIn(archive);
   }
 
  private:

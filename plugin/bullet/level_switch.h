@@ -31,6 +31,12 @@ class LevelSwitch {
   double error() const { return error_; }           // [m] depthError() of the last contact
   std::size_t refined() const { return refined_; }  // searches that the last settle() repeated
 
+  // For files (base/byte_archive.h).
+  template <typename Archive>
+  void keepIn(Archive& archive) {
+    archive(error_, offset_, left_);
+  }
+
  private:
   double depthBefore(const Pair& pair, const PairQuery& query) const;
   void jump(double by, double most, double step);

@@ -6,6 +6,8 @@
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <cloudcontact/contact/contact.h>
 
+#include <cstdint>
+
 namespace cloudcontact {
 
 // The levels of a query. Bodies that are no clouds have level 0.
@@ -38,6 +40,18 @@ class PairLevels {
   const LevelChoice& last() const { return last_; }
   // After a step's last search.
   void learn(const LevelChoice& choice, double error, const ContactResult& contact);
+
+  // For files (base/byte_archive.h).
+  template <typename Archive>
+  void keepIn(Archive& archive) {
+    archive(cap_, coarsest_, tight_, hot_, calm_, loose_, patience_, since_, known_);
+    archive(last_.tolerance, last_.level[0], last_.level[1], last_.error, last_.eased);
+    for (std::size_t* count : {&samples_, &last_.samples}) {
+      auto number = static_cast<std::uint64_t>(*count);
+      archive(number);
+      *count = static_cast<std::size_t>(number);
+    }
+  }
 
   int ease = 0;  // levels coarser than the tolerance allows (WorkBudget)
 

@@ -65,6 +65,12 @@ class PairReader {
   void chooseLevels(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
                     const btCollisionObjectWrapper& b, PairQuery& query) const;
   PairLevels& levels() { return levels_; }
+  // What it remembers of the last step, for files (base/byte_archive.h).
+  template <typename Archive>
+  void keepIn(Archive& archive) {
+    levels_.keepIn(archive);
+    if constexpr (Archive::kReads) shapesLevels_.reset();
+  }
 
  private:
   bool setBodies(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,

@@ -51,7 +51,13 @@ struct PairState {
     archive(apart, touched, held, turned);
     turns.keepIn(archive);
     moved.keepIn(archive);
-    if constexpr (Archive::kReads) restored = true;
+    levels.keepIn(archive);
+    reader.keepIn(archive);
+    if constexpr (Archive::kReads) {
+      restored = processed = true;
+      staying.forget();
+      setStage(Stage::None);
+    }
   }
 
   // Bullet's call.

@@ -8,6 +8,7 @@
 
 #include <cloudcontact/contact/contact.h>
 
+#include <stdexcept>
 #include <vector>
 
 namespace cloudcontact {
@@ -27,6 +28,13 @@ class WayOut {
   // middle.
   const ContactPoint& push() const { return push_; }
   double length() const { return length_; }  // [m], to a voxel
+  // What follow() goes on from, for files (base/byte_archive.h).
+  template <typename Archive>
+  void keepIn(Archive& archive) {
+    archive(direction_, steps_);
+    if (!direction_.allFinite() || steps_ < 0 || steps_ > kMostSteps)
+      throw std::runtime_error("a record has a way out that is none");
+  }
 
  private:
   bool set(const ContactBody& a, const ContactBody& b);
@@ -35,6 +43,8 @@ class WayOut {
   int lengthOf(const Vec3& direction, int most);
   void turn();
   void write(const ContactBody& a, const ContactBody& b);
+
+  static constexpr int kMostSteps = 1 << 16;  // more than a cloud's diagonal has voxels
 
   const SurfaceField* field_ = nullptr;
   bool bMoves_ = false;       // the smaller body is B

@@ -11,6 +11,8 @@
 #include "python/unlocked.h"
 #include "python/voxel_lists.h"
 #include "scene/scene_file.h"
+#include "scene/shape_cache.h"
+#include "scene/shape_store.h"
 
 namespace cloudcontact::python {
 namespace {
@@ -80,6 +82,10 @@ void takeWords(WorldSettings& settings, const py::kwargs& words) {
       {"tolerance", [&](const py::object& v) { o.tolerance = v.cast<double>(); }},
       {"iterations",
        [&](const py::object& v) { settings.iterations = v.cast<std::optional<int>>(); }},
+      {"cache",
+       [&](const py::object& v) {
+         if (!v.cast<bool>()) o.cache.reset(), settings.store.reset();
+       }},
       {"sleep", [&](const py::object& v) { settings.sleep = v.cast<bool>(); }}};
   for (const auto& [name, value] : words) {
     const auto at = known.find(name.cast<std::string>());
@@ -107,6 +113,8 @@ Scripted makeWorld(const py::object& scene, const std::optional<double>& voxel,
     throw std::invalid_argument("voxel: must be above 0 and finite");
   made->settings.common.voxel = voxel;
   made->settings.voxel = voxel.value_or(0);
+  made->settings.common.cache = usualCache();
+  made->settings.store = commonStore();
   takeWords(made->settings, words);
   prepare(*made, progress);
   return made;
@@ -386,7 +394,10 @@ void bindWorld(py::module_& module) {
            "\"hacd\", \"primitive\"), backend (\"cpu\", \"opencl\"), threads (0: all cores), unit\n"
            "(of the files of a scene file), shell [m], law, friction (of all pairs), tissues (a\n"
            "list of Tissue, \"dental\" or a JSON file), samples, reuse [voxels], tolerance [m],\n"
-           "iterations (of the solver), sleep. Raises ValueError that names the body, file or\n"
+           "iterations (of the solver), sleep, cache (False: makes all anew; else worlds that live "
+           "at\n"
+           "the same time share clouds and fields, and files keep them as for the program, see\n"
+           "CLOUDCONTACT_CACHE). Raises ValueError that names the body, file or\n"
            "setting.")
       .def("__len__", inTurn([](const ScriptedWorld& w) { return w.world->bodyCount(); }))
       .def(
@@ -412,6 +423,7 @@ void bindWorld(py::module_& module) {
       .def_property_readonly(
           "voxel", [](const ScriptedWorld& w) { return w.settings.voxel; }, "[m]");
   bindStepping(world);
+  bindWorldStates(module, world);
   bindReading(world);
 }
 

@@ -39,6 +39,10 @@ struct ViewWords {
   py::object observe, announce;  // announce: called with the address; None: _view.announce
 };
 
+// Adds saving and restoring to the class World, and the class of states.
+void bindWorldStates(py::module_& module,
+                     py::class_<ScriptedWorld, std::shared_ptr<ScriptedWorld>>& world);
+
 // Makes the world with progress. Voxel 0: the default of the scene.
 void prepare(ScriptedWorld& world, const py::object& progress);
 void run(ScriptedWorld& world, const py::object& self, const RunWords& words,

@@ -1,9 +1,13 @@
 """What tests of the Python package share: meshes in closed form, a study that has run."""
 
+import os
+
 import numpy as np
 import pytest
 
 import cloudcontact as cc
+
+os.environ.setdefault("CLOUDCONTACT_CACHE", "off")  # worlds leave the user's cache alone
 
 
 def box_arrays(size):

@@ -1,8 +1,10 @@
 """Scenes of files and by hand, running worlds."""
 
+import copy
 import gc
 import json
 import os
+import pickle
 import subprocess
 
 import numpy as np
@@ -389,3 +391,91 @@ def test_a_thousand_worlds_leave_nothing():
 def test_bad_input_is_named(call, error, words):
     with pytest.raises(error, match=words):
         call(resting())
+
+
+WOOD = [cc.Tissue("wood", stiffness=1e5, damping=10, hardness=1e6, density=700)]
+
+
+def heap():
+    scene = cc.Scene("heap", step=0.002)
+    scene.add("floor", cc.HalfSpace(), static=True, friction=0.5)
+    mesh = cc.Mesh(*box_arrays([0.04, 0.03, 0.02]))
+    for i in range(6):
+        pose = cc.Pose([0.01 * (i % 2), 0.008 * (i % 3), 0.04 + 0.04 * i], [0.1 * i, 0.2, 0.3, 1])
+        scene.add(f"brick {i}", mesh, pose, mass=0.1 + 0.05 * i, friction=0.5)
+    return scene
+
+
+def hashes(world, steps):
+    seen = []
+    for _ in range(steps):
+        world.step()
+        seen.append(world.hash)
+    return seen
+
+
+def test_a_world_goes_back_to_its_states_and_on_from_there():
+    world = cc.World(heap(), voxel=0.002)
+    states, seen = [], []
+    for step in range(200):
+        if step % 20 == 0:
+            states.append(world.save())
+            if step == 60:
+                world["brick 2"].applied_force = np.array([0.0, 0, 1])
+        seen += hashes(world, 1)
+    assert len(world.contacts()) > 10 and 0 < states[3].nbytes < 200_000
+    energy = world.energy
+    for k in (3, 0, 9, 4, 3):
+        world.restore(states[k])
+        assert world.time == pytest.approx(20 * k * 0.002) == states[k].time
+        if k < 3:  # until it is pushed
+            assert hashes(world, 60 - 20 * k) == seen[20 * k : 60]
+        if k <= 3:
+            world["brick 2"].applied_force = np.array([0.0, 0, 1])
+        assert hashes(world, 200 - 20 * max(k, 3)) == seen[20 * max(k, 3) :]
+    assert world.energy == energy
+    np.testing.assert_array_equal(world["brick 2"].applied_force, [0, 0, 1])
+    world.restore(states[0])
+    np.testing.assert_array_equal(world["brick 2"].applied_force, [0, 0, 0])
+
+
+def test_copies_of_a_world_go_on_by_themselves():
+    world = cc.World(heap(), voxel=0.002)
+    hashes(world, 80)
+    twin, third = world.copy(), copy.deepcopy(world)
+    assert twin.hash == world.hash and twin.time == world.time and twin.names == world.names
+    np.testing.assert_array_equal(twin.contacts(), world.contacts())
+    seen = hashes(world, 60)
+    assert hashes(twin, 60) == seen == hashes(third, 60)
+    state = pickle.loads(pickle.dumps(third.save()))
+    seen = hashes(world, 10)
+    other = cc.World(heap(), voxel=0.002)
+    other.restore(state)
+    assert hashes(other, 10) == seen
+
+
+def test_states_of_other_worlds_and_of_cut_bodies_are_refused():
+    world = cc.World(heap(), voxel=0.002)
+    with pytest.raises(ValueError, match="2 bodies, and the world has 7"):
+        world.restore(cc.World(resting(), voxel=0.002).save())
+    cut = cc.World(resting(cuttable=True, tissue="wood"), voxel=0.002, tissues=WOOD)
+    state = cut.save()
+    cut.restore(state)
+    cut["brick"].cut([[5, 5, 5]])
+    with pytest.raises(ValueError, match="'brick': was cut since"):
+        cut.restore(state)
+    with pytest.raises(TypeError):
+        world.restore(b"none")  # type: ignore[arg-type]
+
+
+def test_fields_are_kept_for_the_next_world(tmp_path, monkeypatch):
+    monkeypatch.setenv("CLOUDCONTACT_CACHE", str(tmp_path))
+    voxel = 0.0019  # no other test's: worlds that live at the same time share
+    first = cc.World(resting(), voxel, cache=False)
+    assert not list(tmp_path.iterdir())
+    second = cc.World(resting(), voxel)
+    kept = sorted(tmp_path.rglob("*"))
+    assert kept
+    third = cc.World(resting(), voxel)
+    assert sorted(tmp_path.rglob("*")) == kept
+    assert hashes(first, 50) == hashes(second, 50) == hashes(third, 50)

@@ -52,6 +52,7 @@ from ._core import (
     Tissue,
     World,
     WorldBody,
+    WorldState,
     __version__,
     dental_tissues,
     digitize_volume,
