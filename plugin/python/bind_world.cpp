@@ -101,6 +101,8 @@ void takeWords(WorldSettings& settings, const py::kwargs& words) {
   }
 }
 
+}  // namespace
+
 Scripted makeWorld(const py::object& scene, const std::optional<double>& voxel,
                    const py::object& progress, const py::kwargs& words) {
   auto made = std::make_shared<ScriptedWorld>();
@@ -119,6 +121,8 @@ Scripted makeWorld(const py::object& scene, const std::optional<double>& voxel,
   prepare(*made, progress);
   return made;
 }
+
+namespace {
 
 // A row of numbers for each body.
 template <typename Of>

@@ -17,5 +17,6 @@ void bindWorkpiece(pybind11::module_& module);  // base vectors, collisions, cut
 void bindHaptics(pybind11::module_& module);    // the haptic loop
 void bindScene(pybind11::module_& module);      // scenes: bodies and joints
 void bindWorld(pybind11::module_& module);      // running worlds
+void bindWorlds(pybind11::module_& module);     // many of one scene
 
 }  // namespace cloudcontact::python

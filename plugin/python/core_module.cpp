@@ -28,4 +28,5 @@ PYBIND11_MODULE(_core, module) {
   bindHaptics(module);
   bindScene(module);
   bindWorld(module);
+  bindWorlds(module);
 }

@@ -43,6 +43,10 @@ struct ViewWords {
 void bindWorldStates(py::module_& module,
                      py::class_<ScriptedWorld, std::shared_ptr<ScriptedWorld>>& world);
 
+// A World of Python, from what its constructor is given.
+std::shared_ptr<ScriptedWorld> makeWorld(const py::object& scene,
+                                         const std::optional<double>& voxel,
+                                         const py::object& progress, const py::kwargs& words);
 // Makes the world with progress. Voxel 0: the default of the scene.
 void prepare(ScriptedWorld& world, const py::object& progress);
 void run(ScriptedWorld& world, const py::object& self, const RunWords& words,

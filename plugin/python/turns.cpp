@@ -16,7 +16,7 @@ namespace cloudcontact::python {
 namespace {
 
 namespace py = pybind11;
-constexpr auto kLook = std::chrono::milliseconds(50);  // between looks at Ctrl-C
+constexpr auto kListens = std::chrono::milliseconds(50);  // between looks at Ctrl-C
 
 struct Place {
   std::thread::id thread;
@@ -44,7 +44,7 @@ struct Lines {
   // Whether it is this ticket's turn, within a while.
   bool await(const void* object, std::uint64_t ticket) {
     std::unique_lock lock(mutex);
-    return moved.wait_for(lock, kLook, [&] { return isFirst(object, ticket); });
+    return moved.wait_for(lock, kListens, [&] { return isFirst(object, ticket); });
   }
   void leave(const void* object, std::uint64_t ticket) {
     const std::lock_guard lock(mutex);

@@ -33,3 +33,12 @@ def test_the_samples_of_the_guide_to_python_run(tmp_path, monkeypatch, capsys):
     assert 0.0095 < names["world"]["part"].position[2] < 0.0105
     assert (tmp_path / "run.html").stat().st_size > 100_000
     assert capsys.readouterr().out.count("\n") > 100
+
+
+def test_the_pegs_of_the_guide_to_learning_come_home(capsys):
+    parts = samples("docs/guides/learning.md")
+    assert len(parts) == 3
+    names: dict[str, Any] = {}
+    for part in (parts[0], parts[2]):  # test_gymnasium.py runs the second
+        exec(compile(part, "docs/guides/learning.md", "exec"), names)
+    assert capsys.readouterr().out.startswith("64 of 64 are home")

@@ -6,7 +6,7 @@ asked for, a Pose, three numbers (a position), seven (x y z qx qy qz qw) or a ma
 - Clouds: digitize(), Cloud, CtVolume, load_mesh().
 - Contacts: SurfaceField, contact(), ContactFinder, ContactBatch.
 - Workpieces: BaseVectorField, CollisionFinder, HapticLoop, Cutter.
-- Worlds: Scene, World, Replay.
+- Worlds: Scene, World, Worlds, Replay.
 """
 
 import numpy as _numpy
@@ -52,6 +52,7 @@ from ._core import (
     Tissue,
     World,
     WorldBody,
+    Worlds,
     WorldState,
     __version__,
     dental_tissues,

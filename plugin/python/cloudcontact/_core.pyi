@@ -14,6 +14,7 @@ Doubles = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
 Records = npt.NDArray[np.void]
 File = Union[str, "os.PathLike[str]"]
+Chosen = Union[None, int, Sequence[int], npt.NDArray[Any]]  # worlds: numbers or a mask
 
 __version__: str
 _knows_numpy_2: bool
@@ -605,3 +606,44 @@ class World:
     def contacts(self) -> Records: ...
     def find_contacts(self) -> None: ...
     def penetration(self) -> float: ...
+
+class Worlds:
+    def __init__(
+        self,
+        scene: Union[Scene, File],
+        count: int,
+        voxel: Optional[float] = None,
+        progress: Progress = None,
+        *,
+        method: str = "cloud",
+        backend: str = "cpu",
+        threads: int = 0,
+        unit: Unit = 1.0,
+        shell: Optional[float] = None,
+        law: Optional[Law] = None,
+        friction: Optional[float] = None,
+        tissues: Union[None, str, Sequence[Tissue]] = None,
+        samples: Optional[int] = None,
+        reuse: Optional[float] = None,
+        tolerance: float = 0.0,
+        iterations: Optional[int] = None,
+        sleep: bool = False,
+        cache: bool = True,
+    ) -> None: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, number: int) -> World: ...
+    names: Final[list[str]]
+    positions: Final[Doubles]
+    orientations: Final[Doubles]
+    velocities: Final[Doubles]
+    angular_velocities: Final[Doubles]
+    forces: Final[Doubles]
+    torques: Final[Doubles]
+    times: Final[Doubles]
+    def index(self, name: str) -> int: ...
+    def step(self, seconds: Optional[float] = None, substeps: int = 1) -> None: ...
+    def reset(self, worlds: Chosen = None) -> None: ...
+    def save(self, worlds: Chosen = None) -> list[WorldState]: ...
+    def restore(self, states: Sequence[WorldState], worlds: Chosen = None) -> None: ...
+    def read(self) -> None: ...
+    def contact_wrenches(self) -> Doubles: ...
