@@ -117,7 +117,7 @@ void World::State::drive(bool moves) {
   for (auto& body : bodies) {
     if (!body.scene.drive) continue;
     const SceneDrive& drive = *body.scene.drive;
-    const Pose pose = drivenPose(drive, body.scene.pose, time);
+    const Pose pose = drivenPose(drive, body.scene.pose, time - body.driveFrom);
     const Pose rigid = pose * body.parts.frame;
     if (moves) body.rigid->setWorldTransform(toBullet(rigid));
     const Vec3 arm = rigid.position - (pose * drive.place).position;

@@ -34,6 +34,7 @@ struct World::State {
     std::unique_ptr<SoftTissue> soft = {};
     int cutLinks = 0;
     BodyLoad load = {};
+    double driveFrom = 0;  // since when a driven body moves as it does, from scene.pose [s]
   };
 
   explicit State(const SceneDescription& scene, const WorldSettings& settings);
@@ -62,6 +63,8 @@ struct World::State {
   void drive(bool moves);
   void pull();
   void load();
+  void setSpring(Body& body, const SceneBody& like);
+  void setMass(Body& body, double mass);
   void addJoint(const SceneJoint& joint);
   void settle(const WorldSettings& settings);
   void noteFrictionless() const;

@@ -45,6 +45,7 @@ class SceneDispatcher : public CloudDispatcher {
 
   // Of the body with the next index.
   void add(const Surface& surface) { settings_.bodies.push_back(surface); }
+  void set(std::size_t body, const Surface& surface) { settings_.bodies.at(body) = surface; }
   const SurfaceSettings& surfaces() const { return settings_; }
 
   double seconds() const { return seconds_; }

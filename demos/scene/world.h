@@ -146,13 +146,22 @@ struct WorkDone {
   std::size_t bytes = 0;   // that the pairs of now keep between steps
 };
 
+// Where a driven body began to move as it does now.
+struct DriveStart {
+  Pose pose;                   // of its frame then
+  double time = 0;             // [s]
+  Vec3 linear = Vec3::Zero();  // SceneDrive::linear, angular
+  Vec3 angular = Vec3::Zero();
+};
+
 // A state of a world. Numbers are those of the bodies, in their order.
 struct WorldSave {
   WorldState bullet;
   double time = 0, latestStep = 0;  // [s]
   ContactMoment moment;
   std::vector<BodyLoad> loads;
-  std::vector<double> volumes;  // of those that can be cut, else 0 [m^3]
+  std::vector<DriveStart> drives;  // of driven bodies, else of no meaning
+  std::vector<double> volumes;     // of those that can be cut, else 0 [m^3]
 };
 
 // How two bodies met, all steps together.
@@ -211,6 +220,13 @@ class World {
   const BodyLoad& load(std::size_t body) const;
   // Velocity of the frame's origin [m/s] and of the turn [rad/s].
   void setMotion(std::size_t body, const Vec3& velocity, const Vec3& angularVelocity);
+  // The body as it is described, with what change() has set.
+  const SceneBody& described(std::size_t body) const;
+  // From the next step on it has the friction, stiffness, damping, restitution, mass and drive of
+  // `like`. The inertia changes as the mass does; a drive goes on from where the body is. Throws
+  // BadInput for values that a scene may not have, std::invalid_argument for a mass or a drive that
+  // the body cannot have.
+  void change(std::size_t body, const SceneBody& like);
   // Puts a body's frame elsewhere, with the velocity that it has. Call it between steps.
   void place(std::size_t body, const Pose& pose);
   // The frame of a body that deforms moves with its center of mass, and never turns.

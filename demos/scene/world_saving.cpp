@@ -15,6 +15,8 @@ WorldSave World::save() const {
   save.moment = s.moment;
   for (const State::Body& body : s.bodies) {
     save.loads.push_back(body.load);
+    const SceneDrive drive = body.scene.drive.value_or(SceneDrive());
+    save.drives.push_back({body.scene.pose, body.driveFrom, drive.linear, drive.angular});
     save.volumes.push_back(body.volume);
   }
   return save;
@@ -22,11 +24,12 @@ WorldSave World::save() const {
 
 void World::restore(const WorldSave& save) {
   State& s = *state_;
-  if (save.loads.size() != s.bodies.size() || save.volumes.size() != s.bodies.size())
+  const std::size_t count = s.bodies.size();
+  if (save.loads.size() != count || save.drives.size() != count || save.volumes.size() != count)
     throw BadInput("the state is of " + std::to_string(save.loads.size()) +
-                   " bodies, and the world has " + std::to_string(s.bodies.size()) +
+                   " bodies, and the world has " + std::to_string(count) +
                    "; restore one of this scene, with no piece cut off since");
-  for (std::size_t i = 0; i < s.bodies.size(); ++i)
+  for (std::size_t i = 0; i < count; ++i)
     if (save.volumes[i] != s.bodies[i].volume)
       throw BadInput("body '" + s.bodies[i].scene.name +
                      "': was cut since the state was saved, and cuts do not come back");
@@ -37,7 +40,14 @@ void World::restore(const WorldSave& save) {
   }
   s.time = save.time, s.latestStep = save.latestStep;
   s.moment = save.moment;
-  for (std::size_t i = 0; i < s.bodies.size(); ++i) s.bodies[i].load = save.loads[i];
+  for (std::size_t i = 0; i < count; ++i) {
+    State::Body& body = s.bodies[i];
+    body.load = save.loads[i];
+    if (!body.scene.drive) continue;
+    const DriveStart& drive = save.drives[i];
+    body.scene.pose = drive.pose, body.driveFrom = drive.time;
+    body.scene.drive->linear = drive.linear, body.scene.drive->angular = drive.angular;
+  }
   s.poses.clear();
 }
 

@@ -20,12 +20,7 @@ SurfaceSettings surfacesOf(const SceneDescription& scene, const CommonOptions& o
     settings.pair = KelvinVoigt{*options.stiffness, options.damping.value_or(0)};
   settings.springsForBullet =
       !usesClouds(options.method) && !std::holds_alternative<Rigid>(options.law);
-  for (const auto& body : scene.bodies) {
-    Surface surface{body.friction, {}};
-    // Damping alone is no spring; such a body is rigid.
-    if (body.stiffness) surface.material = KelvinVoigt{*body.stiffness, body.damping.value_or(0)};
-    settings.bodies.push_back(surface);
-  }
+  for (const auto& body : scene.bodies) settings.bodies.push_back(surfaceOf(body));
   return settings;
 }
 
@@ -44,6 +39,13 @@ std::optional<Law> pairLaw(const CommonOptions& options) {
 }
 
 }  // namespace
+
+Surface surfaceOf(const SceneBody& body) {
+  Surface surface{body.friction, {}};
+  // Damping alone is no spring; such a body is rigid.
+  if (body.stiffness) surface.material = KelvinVoigt{*body.stiffness, body.damping.value_or(0)};
+  return surface;
+}
 
 void checkOptions(const WorldSettings& settings) {
   const auto& o = settings.common;

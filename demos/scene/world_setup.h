@@ -15,6 +15,7 @@ namespace cloudcontact::program {
 // Throws BadInput if the options contradict each other or the method cannot do what they ask for.
 void checkOptions(const WorldSettings& settings);
 
+Surface surfaceOf(const SceneBody& body);
 std::vector<ModelFilter::Body> modelsOf(const SceneDescription& scene);
 
 // With a device if --backend asks for one and there is one.

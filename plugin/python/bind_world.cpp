@@ -9,7 +9,7 @@
 #include "python/scripted_world.h"
 #include "python/turns.h"
 #include "python/unlocked.h"
-#include "python/voxel_lists.h"
+#include "python/world_body.h"
 #include "scene/scene_file.h"
 #include "scene/shape_cache.h"
 #include "scene/shape_store.h"
@@ -21,16 +21,6 @@ using namespace py::literals;
 using namespace program;
 using Scripted = std::shared_ptr<ScriptedWorld>;
 
-// A body of a world.
-struct WorldBody {
-  Scripted world;
-  std::size_t index = 0;
-  BodyState state() const {
-    const Turn turn(world.get());
-    return world->world->state(index);
-  }
-};
-
 // What reads a world while no other thread steps it.
 template <typename Of>
 auto inTurn(Of of) {
@@ -39,14 +29,6 @@ auto inTurn(Of of) {
     return of(w);
   };
 }
-template <typename Of>
-auto ofBody(Of of) {
-  return [of](const WorldBody& b) {
-    const Turn turn(b.world.get());
-    return std::invoke(of, *b.world->world, b.index);
-  };
-}
-
 void takeTissues(CommonOptions& options, const py::object& tissues) {
   if (tissues.is_none()) return;
   if (py::isinstance<py::str>(tissues))
@@ -295,12 +277,6 @@ void bindReading(py::class_<ScriptedWorld, Scripted>& world) {
                              "What may be wrong with the settings: a list of sentences.");
 }
 
-void requireCuttable(const World& world, std::size_t body) {
-  if (!world.isCuttable(body))
-    throw std::invalid_argument("body '" + world.name(body) +
-                                "': is not cuttable; add it with cuttable=True");
-}
-
 std::vector<std::string> namesOf(const ScriptedWorld& world) {
   const Turn turn(&world);
   std::vector<std::string> names;
@@ -308,86 +284,10 @@ std::vector<std::string> namesOf(const ScriptedWorld& world) {
   return names;
 }
 
-void bindBody(py::module_& module) {
-  py::class_<WorldBody>(module, "WorldBody", "A body of a World, as it is now.")
-      .def_property_readonly("name", ofBody(&World::name))
-      .def_readonly("index", &WorldBody::index, "Its number in the world's arrays.")
-      .def_property(
-          "pose", [](const WorldBody& b) { return b.state().pose; },
-          [](const WorldBody& b, const py::object& pose) {
-            const Turn turn(b.world.get());
-            b.world->world->place(b.index, poseOf("pose", pose));
-          },
-          "Of its frame: a Pose. What is set moves it there, with the velocity that it has.")
-      .def_property_readonly(
-          "position", [](const WorldBody& b) { return b.state().pose.position; }, "(3,) [m]")
-      .def_property_readonly(
-          "orientation",
-          [](const WorldBody& b) { return Eigen::Vector4d(b.state().pose.orientation.coeffs()); },
-          "Quaternion x y z w, (4,).")
-      .def_property(
-          "velocity", [](const WorldBody& b) { return b.state().linearVelocity; },
-          [](const WorldBody& b, const py::object& velocity) {
-            const Vec3 v = vectorOf("velocity", velocity);
-            const Turn turn(b.world.get());
-            World& w = *b.world->world;
-            w.setMotion(b.index, v, w.state(b.index).angularVelocity);
-          },
-          "Of the frame's origin (3,) [m/s]; may be set.")
-      .def_property(
-          "angular_velocity", [](const WorldBody& b) { return b.state().angularVelocity; },
-          [](const WorldBody& b, const py::object& velocity) {
-            const Vec3 v = vectorOf("angular_velocity", velocity);
-            const Turn turn(b.world.get());
-            World& w = *b.world->world;
-            w.setMotion(b.index, w.state(b.index).linearVelocity, v);
-          },
-          "(3,) [rad/s]; may be set: the frame's origin keeps its velocity.")
-      .def_property(
-          "applied_force", ofBody([](const World& w, std::size_t i) { return w.load(i).force; }),
-          [](const WorldBody& b, const py::object& newtons) {
-            const Vec3 force = vectorOf("applied_force", newtons);
-            const Turn turn(b.world.get());
-            b.world->world->setLoad(b.index, {force, b.world->world->load(b.index).torque});
-          },
-          "Yours, on the center of mass in each step until it is set again (3,) [N].")
-      .def_property(
-          "applied_torque", ofBody([](const World& w, std::size_t i) { return w.load(i).torque; }),
-          [](const WorldBody& b, const py::object& newtonMeters) {
-            const Vec3 torque = vectorOf("applied_torque", newtonMeters);
-            const Turn turn(b.world.get());
-            b.world->world->setLoad(b.index, {b.world->world->load(b.index).force, torque});
-          },
-          "Yours, in the world's axes, in each step until it is set again (3,) [N m].")
-      .def_property_readonly("mass", ofBody(&World::mass), "[kg]; 0 where nothing moves it.")
-      .def_property_readonly("asleep", [](const WorldBody& b) { return b.state().asleep; })
-      .def_property_readonly("cuttable", ofBody(&World::isCuttable))
-      .def_property_readonly("matter", ofBody([](const World& w, std::size_t i) {
-                               requireCuttable(w, i);
-                               return Cloud(w.matter(i));
-                             }),
-                             "Of a body that can be cut: its Cloud now.")
-      .def_property_readonly(
-          "cut_volume", ofBody([](const World& w, std::size_t i) { return w.cutOf(i).volume; }),
-          "Removed so far [m^3].")
-      .def(
-          "cut",
-          [](const WorldBody& b, const py::object& voxels, const py::object& coverage) {
-            const std::vector<VoxelCut> cuts = cutsFrom(voxels, coverage);
-            const Turn turn(b.world.get());
-            requireCuttable(*b.world->world, b.index);
-            const Unlocked unlocked;
-            b.world->world->cut(b.index, cuts);
-          },
-          "voxels"_a, "coverage"_a = py::none(),
-          "Removes voxels (n, 3) of `matter` between steps, as Cloud.cut(). Parts that fall off\n"
-          "become bodies behind the others.");
-}
-
 }  // namespace
 
 void bindWorld(py::module_& module) {
-  bindBody(module);
+  bindWorldBody(module);
   py::class_<ScriptedWorld, Scripted> world(module, "World", "A scene that runs in Bullet.");
   world
       .def(py::init(&makeWorld), "scene"_a, "voxel"_a = py::none(), "progress"_a = py::none(),

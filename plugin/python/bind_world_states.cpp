@@ -41,7 +41,10 @@ py::tuple pickled(const WorldSave& save) {
   for (const BodyLoad& load : save.loads) loads.append(py::make_tuple(load.force, load.torque));
   const ContactMoment& m = save.moment;
   const Energy& e = m.energy;
-  return py::make_tuple(py::bytes(save.bullet.bytes), save.time, save.latestStep, loads,
+  py::list drives;
+  for (const DriveStart& drive : save.drives)
+    drives.append(py::make_tuple(drive.pose, drive.time, drive.linear, drive.angular));
+  return py::make_tuple(py::bytes(save.bullet.bytes), save.time, save.latestStep, loads, drives,
                         save.volumes, m.pairs, m.contacts, m.deepest,
                         py::make_tuple(e.kinetic, e.potential, e.spring, e.elastic, e.cutAway));
 }
@@ -54,10 +57,15 @@ WorldSave unpickled(const py::tuple& from) {
     const auto pair = load.cast<py::tuple>();
     save.loads.push_back({pair[0].cast<Vec3>(), pair[1].cast<Vec3>()});
   }
-  save.volumes = from[4].cast<std::vector<double>>();
-  save.moment.pairs = from[5].cast<int>(), save.moment.contacts = from[6].cast<int>();
-  save.moment.deepest = from[7].cast<double>();
-  const auto e = from[8].cast<py::tuple>();
+  for (const py::handle drive : from[4]) {
+    const auto d = drive.cast<py::tuple>();
+    save.drives.push_back(
+        {d[0].cast<Pose>(), d[1].cast<double>(), d[2].cast<Vec3>(), d[3].cast<Vec3>()});
+  }
+  save.volumes = from[5].cast<std::vector<double>>();
+  save.moment.pairs = from[6].cast<int>(), save.moment.contacts = from[7].cast<int>();
+  save.moment.deepest = from[8].cast<double>();
+  const auto e = from[9].cast<py::tuple>();
   save.moment.energy = {e[0].cast<double>(), e[1].cast<double>(), e[2].cast<double>(),
                         e[3].cast<double>(), e[4].cast<double>()};
   return save;

@@ -479,3 +479,77 @@ def test_fields_are_kept_for_the_next_world(tmp_path, monkeypatch):
     third = cc.World(resting(), voxel)
     assert sorted(tmp_path.rglob("*")) == kept
     assert hashes(first, 50) == hashes(second, 50) == hashes(third, 50)
+
+
+def slope(friction):
+    scene = cc.Scene("slope", gravity=(G * np.sin(0.3), 0, -G * np.cos(0.3)), step=0.002)
+    scene.add("floor", cc.HalfSpace(), static=True, friction=1.0)
+    scene.add("brick", cc.Mesh(*box_arrays([0.04, 0.03, 0.02])), [0, 0, 0.01], mass=0.2, friction=friction)
+    return scene
+
+
+def test_friction_set_in_a_run_holds_from_then_on():
+    world = cc.World(slope(0.5), voxel=0.002)
+    brick = world["brick"]
+    assert brick.friction == 0.5 and brick.stiffness is None and brick.drive is None
+    hashes(world, 200)
+    assert abs(brick.velocity).max() < 1e-3
+    brick.friction = 0.1
+    start = brick.velocity[0]
+    hashes(world, 100)
+    slides = G * (np.sin(0.3) - 0.1 * np.cos(0.3))
+    assert brick.velocity[0] - start == pytest.approx(0.2 * slides, rel=0.03)
+    brick.friction = None  # the floor's
+    hashes(world, 300)
+    assert abs(brick.velocity).max() < 1e-3
+
+
+def test_mass_and_spring_set_in_a_run_hold_from_then_on():
+    scene = resting(stiffness=2e4, damping=50)
+    world = cc.World(scene, voxel=0.002)
+    brick = world["brick"]
+    assert (brick.stiffness, brick.damping, brick.mass) == (2e4, 50, pytest.approx(0.2))
+    hashes(world, 500)
+    first = brick.position[2]
+    assert world.contacts()["force"][:, 2].sum() * np.sign(brick.index - 0.5) == pytest.approx(0.2 * G, rel=0.01)
+    brick.mass = 0.8
+    hashes(world, 800)
+    second = brick.position[2]
+    assert first - second == pytest.approx(0.6 * G / 2e4, rel=0.03)
+    brick.stiffness = 8e4
+    hashes(world, 800)
+    assert brick.position[2] - second == pytest.approx(0.8 * G * (1 / 2e4 - 1 / 8e4), rel=0.03)
+    brick.applied_torque = np.array([0, 0, 0.0])
+    with pytest.raises(ValueError, match="'brick': mass: must be"):
+        brick.mass = -1
+    with pytest.raises(ValueError, match="'floor': its mass cannot be set"):
+        world["floor"].mass = 1
+    with pytest.raises(ValueError, match="'brick': its drive cannot be set"):
+        brick.drive = ((0, 0, 1), (0, 0, 0))
+    with pytest.raises(ValueError, match="restitution"):
+        brick.restitution = 2
+    brick.stiffness = None
+    with pytest.raises(ValueError, match="needs a stiffness"):
+        brick.damping = 5
+    assert brick.mass == pytest.approx(0.8)
+
+
+def test_a_drive_goes_on_from_where_it_is_and_comes_back_with_a_state():
+    scene = cc.Scene("belt", step=0.002)
+    scene.add("belt", cc.Box((0.2, 0.1, 0.01)), (0, 0, -0.01), drive=((0.1, 0, 0), (0, 0, 0)), friction=0.8)
+    scene.add("brick", cc.Mesh(*box_arrays([0.04, 0.03, 0.02])), [0, 0, 0.0101], mass=0.2, friction=0.8)
+    world = cc.World(scene, voxel=0.002)
+    hashes(world, 200)
+    assert world["belt"].position[0] == pytest.approx(0.04)
+    assert world["brick"].velocity[0] == pytest.approx(0.1, abs=1e-3)
+    world["belt"].drive = ((0, 0.05, 0), (0, 0, 0))
+    assert world["belt"].drive is not None and world["belt"].drive[0][1] == 0.05
+    hashes(world, 100)
+    np.testing.assert_allclose(world["belt"].position, [0.04, 0.01, -0.01], atol=1e-9)
+    state = world.save()
+    seen = hashes(world, 50)
+    assert world["brick"].velocity[1] == pytest.approx(0.05, abs=1e-3)
+    world["belt"].drive = ((0, 0, 0), (0, 0, 1))
+    hashes(world, 50)
+    world.restore(pickle.loads(pickle.dumps(state)))
+    assert hashes(world, 50) == seen

@@ -515,8 +515,12 @@ class WorldBody:
     def applied_torque(self) -> Doubles: ...
     @applied_torque.setter
     def applied_torque(self, value: npt.ArrayLike) -> None: ...
-    @property
-    def mass(self) -> float: ...
+    mass: float
+    friction: Optional[float]
+    restitution: Optional[float]
+    stiffness: Optional[float]
+    damping: Optional[float]
+    drive: Optional[Tuple[Doubles, Doubles]]
     @property
     def asleep(self) -> bool: ...
     @property
