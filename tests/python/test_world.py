@@ -488,6 +488,10 @@ def slope(friction):
     return scene
 
 
+def velocities(linear, angular=(0, 0, 0)):
+    return np.array(linear, float), np.array(angular, float)
+
+
 def test_friction_set_in_a_run_holds_from_then_on():
     world = cc.World(slope(0.5), voxel=0.002)
     brick = world["brick"]
@@ -525,7 +529,7 @@ def test_mass_and_spring_set_in_a_run_hold_from_then_on():
     with pytest.raises(ValueError, match="'floor': its mass cannot be set"):
         world["floor"].mass = 1
     with pytest.raises(ValueError, match="'brick': its drive cannot be set"):
-        brick.drive = ((0, 0, 1), (0, 0, 0))
+        brick.drive = velocities([0, 0, 1])
     with pytest.raises(ValueError, match="restitution"):
         brick.restitution = 2
     brick.stiffness = None
@@ -542,14 +546,15 @@ def test_a_drive_goes_on_from_where_it_is_and_comes_back_with_a_state():
     hashes(world, 200)
     assert world["belt"].position[0] == pytest.approx(0.04)
     assert world["brick"].velocity[0] == pytest.approx(0.1, abs=1e-3)
-    world["belt"].drive = ((0, 0.05, 0), (0, 0, 0))
-    assert world["belt"].drive is not None and world["belt"].drive[0][1] == 0.05
+    world["belt"].drive = velocities([0, 0.05, 0])
+    drive = world["belt"].drive
+    assert drive is not None and drive[0][1] == 0.05
     hashes(world, 100)
     np.testing.assert_allclose(world["belt"].position, [0.04, 0.01, -0.01], atol=1e-9)
     state = world.save()
     seen = hashes(world, 50)
     assert world["brick"].velocity[1] == pytest.approx(0.05, abs=1e-3)
-    world["belt"].drive = ((0, 0, 0), (0, 0, 1))
+    world["belt"].drive = velocities([0, 0, 0], [0, 0, 1])
     hashes(world, 50)
     world.restore(pickle.loads(pickle.dumps(state)))
     assert hashes(world, 50) == seen
