@@ -321,7 +321,9 @@ DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& 
     settings.threads = options.threads;
     settings.progress = options.progress("digitizing " + body.name);
     // A thickened sheet has lost its parts.
-    if (body.parts.empty() || isSheet(*body.mesh)) return digitizeMesh(mesh, settings, options);
+    if (body.parts.empty() || isSheet(*body.mesh))
+      return askingUnit(mesh, voxel, options.metersPerUnit,
+                        [&] { return digitizeMesh(mesh, settings, options); });
     if (options.backend == Backend::OpenCl) reportCpuFallback(body.name + " has several materials");
     if (options.cache)
       return DigitizedBody{
@@ -331,6 +333,18 @@ DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& 
     Cloud cloud = digitize(body.parts, settings, &report);
     return DigitizedBody{std::move(cloud), report.closed, Backend::Cpu};
   });
+}
+
+std::string unitHint(const Mesh& mesh, double voxel) {
+  constexpr double kMany = 2000, kFew = 4;  // voxels along a body
+  constexpr double kMillimeter = 1e-3;
+  Eigen::AlignedBox3d box;
+  for (const Vec3& vertex : mesh.vertices) box.extend(vertex);
+  const double length = box.isEmpty() ? 0 : box.sizes().maxCoeff();
+  if (length / voxel < kMany || kMillimeter * length / voxel < kFew) return {};
+  std::ostringstream hint;
+  hint << "; it is " << length << " m long as it is read: did you mean --unit mm?";
+  return hint.str();
 }
 
 PlacedSolid solidOf(const Body& body, double voxel, const CommonOptions& options) {

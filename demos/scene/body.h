@@ -11,6 +11,7 @@
 
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -72,5 +73,20 @@ std::shared_ptr<const SurfaceField> buildField(const Cloud& cloud, const std::st
 // The body as a mesh; a primitive's facets lie within `tolerance` [m]. Throws BadInput for a
 // half-space, a saved cloud or points.
 Mesh meshOf(const Body& body, double tolerance);
+
+// What a refusal of this mesh for its size may add: whether it is in millimeters. Empty where that
+// would not explain it.
+std::string unitHint(const Mesh& mesh, double voxel);
+
+// Runs the work on a mesh that was read in units of `unit` meters. Where they are meters, it adds
+// the hint to std::length_error.
+template <typename Work>
+auto askingUnit(const Mesh& mesh, double voxel, double unit, const Work& work) {
+  try {
+    return work();
+  } catch (const std::length_error& refused) {
+    throw std::length_error(refused.what() + (unit == 1 ? unitHint(mesh, voxel) : ""));
+  }
+}
 
 }  // namespace cloudcontact::program

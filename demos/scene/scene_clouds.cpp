@@ -238,6 +238,16 @@ std::vector<NamedMesh> SceneClouds::parts(const SceneGeometry& geometry, const s
   return parts;
 }
 
+namespace {
+
+// Of the numbers in a mesh file [m]; not 1 if the scene scales them.
+double unitOf(const SceneGeometry& geometry, const CommonOptions& options) {
+  const auto* const mesh = std::get_if<SceneMesh>(&geometry);
+  return mesh && mesh->scale == Vec3::Ones() ? options.metersPerUnit : 0;
+}
+
+}  // namespace
+
 // A mesh, turned about the origin.
 Cloud SceneClouds::digitized(const SceneGeometry& geometry, const Pose& turn,
                              const std::string& body) {
@@ -250,7 +260,10 @@ Cloud SceneClouds::digitized(const SceneGeometry& geometry, const Pose& turn,
     const Mesh whole = moved(*mesh(geometry, body), turn);
     return store_->clouds.get(contentKey(whole) + key, [&] {
       settings.progress = options_.progress("digitizing " + body);
-      const auto make = [&] { return digitize(whole, settings); };
+      const auto make = [&] {
+        return askingUnit(whole, voxel_, unitOf(geometry, options_),
+                          [&] { return digitize(whole, settings); });
+      };
       return options_.cache ? options_.cache->cloud(whole, voxel_, make) : make();
     });
   }

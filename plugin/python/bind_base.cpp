@@ -7,6 +7,23 @@
 #include "python/numpy_views.h"
 
 namespace cloudcontact::python {
+namespace {
+
+// Points (..., 3), each by `move`, in an array of the same shape.
+template <typename Move>
+py::array_t<double> pointsBy(const char* what, const Numbers& points, const Move& move) {
+  if (points.ndim() < 1 || points.shape(points.ndim() - 1) != 3)
+    throw std::invalid_argument(std::string(what) + ": give points (3,) or (..., 3)");
+  py::array_t<double> made(
+      std::vector<py::ssize_t>(points.shape(), points.shape() + points.ndim()));
+  const double* from = points.data();
+  double* to = made.mutable_data();
+  for (py::ssize_t i = 0; i < points.size(); i += 3)
+    Eigen::Map<Vec3>(to + i) = move(Eigen::Map<const Vec3>(from + i));
+  return made;
+}
+
+}  // namespace
 
 void bindBase(py::module_& module) {
   using namespace py::literals;
@@ -53,8 +70,18 @@ void bindBase(py::module_& module) {
             return m;
           },
           "Array (4, 4).")
-      .def("to_world", &Pose::toWorld, "local"_a, "A point of the frame in the world, (3,) [m].")
-      .def("to_local", &Pose::toLocal, "world"_a, "A point of the world in the frame, (3,) [m].")
+      .def(
+          "to_world",
+          [](const Pose& pose, const Numbers& local) {
+            return pointsBy("local", local, [&](const Vec3& x) { return pose.toWorld(x); });
+          },
+          "local"_a, "Points of the frame in the world, (3,) or (..., 3) [m].")
+      .def(
+          "to_local",
+          [](const Pose& pose, const Numbers& world) {
+            return pointsBy("world", world, [&](const Vec3& x) { return pose.toLocal(x); });
+          },
+          "world"_a, "Points of the world in the frame, (3,) or (..., 3) [m].")
       .def("inverse", &Pose::inverse, "The pose of the world in this frame.")
       .def(
           "__matmul__", [](const Pose& a, const Pose& b) { return a * b; }, "inner"_a,

@@ -5,6 +5,7 @@
 #include "io/errors.h"
 #include "python/bindings.h"
 #include "python/numpy_views.h"
+#include "python/python_words.h"
 #include "scene/scene.h"
 #include "scene/scene_check.h"
 #include "scene/scene_file.h"
@@ -198,7 +199,7 @@ void bindScene(py::module_& module) {
                   "Reads the only world of an SDFormat file, or the robot of a URDF file. Raises\n"
                   "ValueError that names the file and the element.")
       .def(
-          "add",
+          "_add",
           [](SceneDescription& scene, const std::string& name, const py::object& shape,
              const py::object& pose, std::optional<double> mass, bool isStatic,
              std::optional<double> friction, std::optional<double> stiffness,
@@ -214,24 +215,31 @@ void bindScene(py::module_& module) {
           "static"_a = false, "friction"_a = py::none(), "stiffness"_a = py::none(),
           "damping"_a = py::none(), "restitution"_a = py::none(), "velocity"_a = py::none(),
           "angular_velocity"_a = py::none(), "unit"_a = 1.0, "tissue"_a = py::none(),
-          "cuttable"_a = false, "cutter"_a = py::none(), "ability"_a = 1.0, "drive"_a = py::none(),
-          "Adds a body.\n\n"
-          "shape: a file of a mesh, points, a CT volume or a cloud, a Mesh, a Cloud, or a Box,\n"
-          "Sphere, Cylinder, Capsule, Cone or HalfSpace. pose: of its frame in the world. mass\n"
-          "[kg]; none: at the density of its tissues, or of water. static: it does not move, and\n"
-          "a Box, Sphere, Cylinder, Capsule or Cone without a tissue meets others as that exact\n"
-          "shape; give a Mesh or Cloud of it for voxels. friction: of a pair the smaller counts.\n"
-          "stiffness [N/m], damping [N s/m]: of its contacts, in series with the other body's;\n"
-          "none: as hard as the step allows. restitution: 0 to 1; of a pair the product counts,\n"
-          "where one of them states it. velocity: of the frame's origin (3,) [m/s].\n"
-          "angular_velocity (3,) [rad/s]. unit: of a mesh, meters or \"mm\" .... tissue: a name\n"
-          "in World's table, or a dict of names by the mesh's parts. cuttable: tools cut it.\n"
-          "cutter: it is a tool, with its cutting `ability`. drive: velocities (linear, angular)\n"
-          "that nothing changes. Raises ValueError that names what does not fit.")
-      .def("join", &addJoint, "kind"_a, "child"_a, "parent"_a = py::none(),
+          "cuttable"_a = false, "cutter"_a = py::none(), "ability"_a = 1.0, "drive"_a = py::none())
+      .def("add",
+           takingWords("add", {"name", "shape", "pose", "mass", "static", "friction", "stiffness",
+                               "damping", "restitution", "velocity", "angular_velocity", "unit",
+                               "tissue", "cuttable", "cutter", "ability", "drive"}),
+           "Adds a body.\n\n"
+           "shape: a file of a mesh, points, a CT volume or a cloud, a Mesh, a Cloud, or a Box,\n"
+           "Sphere, Cylinder, Capsule, Cone or HalfSpace. pose: of its frame in the world. mass\n"
+           "[kg]; none: at the density of its tissues, or of water. static: it does not move, and\n"
+           "a Box, Sphere, Cylinder, Capsule or Cone without a tissue meets others as that exact\n"
+           "shape; give a Mesh or Cloud of it for voxels. friction: of a pair the smaller counts.\n"
+           "stiffness [N/m], damping [N s/m]: of its contacts, in series with the other body's;\n"
+           "none: as hard as the step allows. restitution: 0 to 1; of a pair the product counts,\n"
+           "where one of them states it. velocity: of the frame's origin (3,) [m/s].\n"
+           "angular_velocity (3,) [rad/s]. unit: of a mesh, meters or \"mm\" .... tissue: a name\n"
+           "in World's table, or a dict of names by the mesh's parts. cuttable: tools cut it.\n"
+           "cutter: it is a tool, with its cutting `ability`. drive: velocities (linear, angular)\n"
+           "that nothing changes. Raises ValueError that names what does not fit.")
+      .def("_join", &addJoint, "kind"_a, "child"_a, "parent"_a = py::none(),
            "position"_a = py::none(), "axis"_a = py::none(), py::kw_only(), "lower"_a = py::none(),
            "upper"_a = py::none(), "spring"_a = 0.0, "damping"_a = 0.0, "rest"_a = 0.0,
-           "friction"_a = 0.0,
+           "friction"_a = 0.0)
+      .def("join",
+           takingWords("join", {"kind", "child", "parent", "position", "axis", "lower", "upper",
+                                "spring", "damping", "rest", "friction"}),
            "Adds a joint between two bodies, or a body and the world.\n\n"
            "kind: \"fixed\", \"revolute\" or \"prismatic\". position (3,) [m], none: the origin,\n"
            "and axis (3,), none: z: in the world, at the start. lower, upper: limits [rad, m].\n"

@@ -6,6 +6,7 @@
 #include "io/solid_text.h"
 #include "python/bindings.h"
 #include "python/numpy_views.h"
+#include "python/python_words.h"
 #include "python/scripted_world.h"
 #include "python/turns.h"
 #include "python/unlocked.h"
@@ -71,9 +72,11 @@ void takeWords(WorldSettings& settings, const py::kwargs& words) {
       {"sleep", [&](const py::object& v) { settings.sleep = v.cast<bool>(); }}};
   for (const auto& [name, value] : words) {
     const auto at = known.find(name.cast<std::string>());
-    if (at == known.end())
-      throw py::type_error("World() got an unexpected keyword argument '" +
-                           name.cast<std::string>() + "'");
+    if (at == known.end()) {
+      std::vector<std::string> names = {"scene", "voxel", "progress"};
+      for (const auto& [word, take] : known) names.push_back(word);
+      throw py::type_error(unknownWord("World", name.cast<std::string>(), names));
+    }
     try {
       at->second(py::reinterpret_borrow<py::object>(value));
     } catch (const py::cast_error&) {
@@ -100,7 +103,12 @@ Scripted makeWorld(const py::object& scene, const std::optional<double>& voxel,
   made->settings.common.cache = usualCache();
   made->settings.store = commonStore();
   takeWords(made->settings, words);
-  prepare(*made, progress);
+  try {
+    prepare(*made, progress);
+  } catch (const BadInput& why) {
+    if (py::isinstance<SceneDescription>(scene)) throw BadInput(ofScene(why.what()));
+    throw;
+  }
   return made;
 }
 

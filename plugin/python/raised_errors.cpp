@@ -5,12 +5,13 @@
 #include <stdexcept>
 
 #include "io/errors.h"
+#include "python/python_words.h"
 
 namespace cloudcontact::python {
 namespace {
 
 void raise(PyObject* kind, const std::exception& thrown) {
-  PyErr_SetObject(kind, textOf(thrown.what()).ptr());
+  PyErr_SetObject(kind, textOf(inPython(thrown.what())).ptr());
 }
 
 // Those of the standard library as pybind11 maps them.

@@ -193,7 +193,7 @@ def test_names_of_files_that_are_no_text_are_told(tmp_path):
         (lambda: cc.digitize({}, 0.001), ValueError, "no mesh"),
         (lambda: cc.digitize(box_arrays(BOX), 0.001, shell=1e-3), ValueError, "shell"),
         (lambda: cc.digitize("sphere:0.01", 0), ValueError, "voxel"),
-        (lambda: cc.digitize("sphere:0.01", 1e-4, max_bytes=1000), ValueError, "maxBytes"),
+        (lambda: cc.digitize("sphere:0.01", 1e-4, max_bytes=1000), ValueError, "max_bytes"),
         (lambda: cc.digitize("sphere:0.01", 1e-3, thresholds={"a": 1}), ValueError, "thresholds"),
         (lambda: cc.digitize_volume(cc.CtVolume(np.ones((4, 4, 4)), [1, 1, 1]), np.nan), ValueError, "NaN"),
         (lambda: cc.digitize_volume(cc.CtVolume(np.ones((4, 4, 4)), [1, 1, 1]), "0"), TypeError, "thresholds"),  # type: ignore[arg-type]
