@@ -91,7 +91,7 @@ struct DeviceSearch::State {
   void readAnswer(Part& part, std::size_t i, Totals& totals);
 
   // For items that take equally long. Each thread gets the same pairs in every step, whose data is
-  // in its cache (docs/measurements.md).
+  // in its cache (docs/tried.md).
   template <typename Function>
   void eachAlike(std::size_t count, const Function& function) {
     arena.execute([&] {
@@ -146,7 +146,7 @@ void DeviceSearch::State::take(std::span<SearchTask> tasks) {
 }
 
 // In two parts the CPU prepares and reads some pairs while the device works on others. All searches
-// are enqueued first, so that the device never waits for the host (docs/measurements.md).
+// are enqueued first, so that the device never waits for the host (docs/tried.md).
 void DeviceSearch::State::runParts(const std::function<void()>& meanwhile) {
   const std::size_t n = devicePairs.size(),
                     most = settings.timing ? 1 : kParts,  // timed kernels run alone

@@ -2,7 +2,7 @@
 //
 // The stiffest spring that the step allows (stepLimited) is too stiff: at 1 kHz a body's weight
 // sinks it by 0.0001 voxel, and bodies grind on the noise of the voxel fits, which is a hundred
-// times that. So the force has two parts (docs/measurements.md has the figures):
+// times that. So the force has two parts (docs/tried.md has the figures):
 //
 //   Up to `even`, 0.2 voxel, the stiffness is weight / (0.1 voxel). The weight sags by 0.1 voxel,
 //   and a few times the weight, spread over several places, is still on a straight line.

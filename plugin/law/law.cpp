@@ -29,7 +29,7 @@ constexpr double kLeastPull = 9.81;
 // k h^2 / m of the stiffest spring. At damping ratio 1 the backward Euler rows that Bullet solves
 // leave 1 / (1 + sqrt(kHardness)) of a penetration after each step; the row is stable at any value.
 // A softer spring lets a stack buckle under its own weight; with a harder one ten sweeps no longer
-// carry the weight down the stack (docs/measurements.md).
+// carry the weight down the stack (docs/tried.md).
 constexpr double kHardness = 10.0;
 
 constexpr double kDifference = 1e-6;  // of a depth, for the slope of a user's law
