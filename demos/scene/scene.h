@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cloudcontact/base/pose.h>
+#include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/law/solid.h>
 #include <cloudcontact/mesh/mesh.h>
 #include <cloudcontact/voxels/cloud.h>
@@ -45,7 +46,8 @@ struct SceneMesh {
   Vec3 scale = Vec3::Ones();
   std::shared_ptr<const Mesh> mesh;
   std::shared_ptr<const Cloud> cloud = {};
-  std::vector<CtRange> thresholds = {};  // of a volume; empty: those of --threshold
+  std::shared_ptr<const SurfaceField> field = {};  // of the cloud, if it is made already
+  std::vector<CtRange> thresholds = {};            // of a volume; empty: those of --threshold
 };
 using SceneGeometry = std::variant<SceneBox, SceneSphere, SceneCylinder, SceneCapsule, SceneCone,
                                    ScenePlane, SceneMesh>;

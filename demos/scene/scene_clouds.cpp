@@ -286,9 +286,11 @@ Cloud SceneClouds::objectCloud(const SceneMesh& geometry, const std::string& bod
   const double voxel = options_.voxel && !object.cloud ? voxel_ : program::defaultVoxel(object);
   const auto make = [&] { return digitizeBody(object, voxel, options).cloud; };
   if (geometry.cloud) return make();
-  return store_->clouds.get(
-      keyOf(SceneGeometry(geometry)) + stampOf(geometry.file) + keyOfVector(Vec3(voxel, 0, 0)),
-      make);
+  std::string key = keyOf(SceneGeometry(geometry)) + stampOf(geometry.file) +
+                    keyOfVector(Vec3(voxel, options.metersPerUnit, options.shell.value_or(0)));
+  for (const CtRange& range : options.thresholds)
+    key += ' ' + range.name + '=' + std::to_string(range.from);
+  return store_->clouds.get(key, make);
 }
 
 // Digitizes a mesh once for each orientation; positions share the cloud.
@@ -309,6 +311,8 @@ PlacedField SceneClouds::field(const SceneGeometry& geometry, const Pose& pose,
                                const std::string& body) {
   const bool digital = isDigital(geometry, body);
   const Pose place = digital ? pose : Pose();
+  if (const auto* named = std::get_if<SceneMesh>(&geometry); named && named->field)
+    return {named->field, place};
   auto& kept = fields_[digital ? keyOf(geometry) : keyOf(geometry) + keyOf(pose)];
   if (kept) return {kept, place};
   const Cloud matter = cloud(geometry, pose, body).cloud;

@@ -6,16 +6,33 @@
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/voxels/cloud.h>
 
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
 #include <functional>
 #include <future>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "scene/bullet_methods.h"
 
 namespace cloudcontact::program {
+
+// Whether nobody but the store has a value.
+template <typename Value>
+bool isUnused(const std::shared_ptr<Value>& value) {
+  return value.use_count() <= 1;
+}
+inline bool isUnused(const Cloud& cloud) {
+  return cloud.life().use_count() <= 1;
+}
+inline bool isUnused(const ConvexParts&) {
+  return true;
+}
 
 // A thread-safe cache: one value for each key. The first thread makes it, others wait.
 template <class Value>
@@ -30,8 +47,9 @@ class KeptOnce {
     {
       const std::lock_guard lock(mutex_);
       const auto [known, isNew] = kept_.try_emplace(key);
-      if (isNew) known->second = promise.get_future().share();
-      future = known->second, first = isNew;
+      if (isNew) known->second.value = promise.get_future().share();
+      known->second.asked = ++asked_;
+      future = known->second.value, first = isNew;
     }
     if (first) try {
         promise.set_value(make());
@@ -45,9 +63,26 @@ class KeptOnce {
     return future.get();
   }
 
+  // Drops the values that nobody uses, all but the `most` that were asked for last.
+  void trim(std::size_t most) {
+    const std::lock_guard lock(mutex_);
+    std::vector<std::pair<std::uint64_t, std::string>> unused;
+    for (const auto& [key, entry] : kept_)
+      if (entry.value.wait_for(std::chrono::seconds(0)) == std::future_status::ready &&
+          isUnused(entry.value.get()))
+        unused.emplace_back(entry.asked, key);
+    std::sort(unused.begin(), unused.end());
+    for (std::size_t i = 0; i + most < unused.size(); ++i) kept_.erase(unused[i].second);
+  }
+
  private:
+  struct Entry {
+    std::shared_future<Value> value;
+    std::uint64_t asked = 0;  // when, last
+  };
   std::mutex mutex_;
-  std::map<std::string, std::shared_future<Value>> kept_;
+  std::uint64_t asked_ = 0;
+  std::map<std::string, Entry> kept_;
 };
 
 // Keys hold all that the values depend on (contentKey, pose, voxel); those of fields and levels are
@@ -57,9 +92,16 @@ struct ShapeStore {
   KeptOnce<std::shared_ptr<const SurfaceField>> fields;
   KeptOnce<std::shared_ptr<const FieldLevels>> levels;
   KeptOnce<ConvexParts> parts;
+
+  // Fields first, which use clouds.
+  void trim(std::size_t most) {
+    fields.trim(most), levels.trim(most), parts.trim(most);
+    clouds.trim(most);
+  }
 };
 
-// One for worlds that live at the same time in this process. It goes when the last of them does.
+// One for worlds that live at the same time in this process. It goes when the last of them does;
+// until then it keeps the last few values that no world uses any more.
 std::shared_ptr<ShapeStore> commonStore();
 
 // A key from a hash of a mesh's vertices and triangles.

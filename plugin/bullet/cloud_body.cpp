@@ -121,6 +121,21 @@ WeighedCloud weighed(const Cloud& cloud, const CloudBodySettings& settings) {
   return body;
 }
 
+// In a frame that fields have already.
+WeighedCloud inPlace(const Cloud& cloud, const CloudBodySettings& settings) {
+  WeighedCloud body;
+  body.cloud = cloud;
+  if (isFixed(settings)) return body;
+  const MassProperties matter = massPropertiesOf(cloud, densitiesOf(settings, cloud));
+  const PrincipalAxes principal =
+      principalAxes(matter.inertia, Eigen::Quaterniond::Identity(), kDiagonalEnough);
+  body.frame = {principal.orientation, matter.centerOfMass};
+  body.cloudInFrame = body.frame.inverse();
+  body.mass = settings.mass.value_or(matter.mass);
+  body.inertia = body.mass / matter.mass * principal.moments;
+  return body;
+}
+
 // Between the caller's motion state, which knows the mesh, and Bullet, which knows the body.
 class MeshMotion : public btMotionState {
  public:
@@ -151,7 +166,7 @@ struct CloudBody::State {
   std::unique_ptr<btRigidBody> body;
   btDynamicsWorld* world = nullptr;
 
-  State(const WeighedCloud& made, const CloudBodySettings& settings);
+  State(const WeighedCloud& made, CloudShape shaped, const CloudBodySettings& settings);
   State(const State& like, const Pose& place);
   ~State() { leaveWorld(); }
 
@@ -175,11 +190,12 @@ CloudShape shapeOfBody(const Cloud& cloud, const CloudBodySettings& settings) {
 
 }  // namespace
 
-CloudBody::State::State(const WeighedCloud& made, const CloudBodySettings& settings)
+CloudBody::State::State(const WeighedCloud& made, CloudShape shaped,
+                        const CloudBodySettings& settings)
     : frame(made.frame),
       cloudInFrame(made.cloudInFrame),
       report(made.report),
-      shape(shapeOfBody(made.cloud, settings)) {
+      shape(std::move(shaped)) {
   if (settings.law) cloudcontact::validate(*settings.law);
   shape.law = settings.law;
   if (!settings.tissues.empty())
@@ -196,7 +212,7 @@ CloudBody::State::State(const State& like, const Pose& place)
 
 void CloudBody::State::makeBody(double mass, const btVector3& inertia, const Pose& place) {
   btCollisionShape* root = &shape;
-  if (!cloudInFrame.orientation.vec().isZero()) {
+  if (!cloudInFrame.orientation.vec().isZero() || !cloudInFrame.position.isZero(0)) {
     turned = std::make_unique<btCompoundShape>(false, 1);
     turned->addChildShape(toBullet(cloudInFrame), &shape);
     root = turned.get();
@@ -215,7 +231,7 @@ CloudBody::CloudBody(const std::vector<NamedMesh>& parts, const btTransform& pla
   validate(settings, place);
   for (const NamedMesh& part : parts) cloudcontact::validate(part.mesh);
   const WeighedCloud made = weighed(parts, settings);
-  state_ = std::make_unique<State>(made, settings);
+  state_ = std::make_unique<State>(made, shapeOfBody(made.cloud, settings), settings);
   state_->makeBody(made.mass, toBullet(made.inertia), toPose(place));
 }
 
@@ -226,8 +242,31 @@ CloudBody::CloudBody(const Cloud& cloud, const btTransform& place,
                      const CloudBodySettings& settings) {
   validate(settings, place);
   const WeighedCloud made = weighed(cloud, settings);
-  state_ = std::make_unique<State>(made, settings);
+  state_ = std::make_unique<State>(made, shapeOfBody(made.cloud, settings), settings);
   state_->makeBody(made.mass, toBullet(made.inertia), toPose(place));
+}
+
+void CloudBody::make(const Cloud& cloud, CloudShape shape, const btTransform& place,
+                     const CloudBodySettings& settings) {
+  validate(settings, place);
+  const WeighedCloud made = inPlace(cloud, settings);
+  state_ = std::make_unique<State>(made, std::move(shape), settings);
+  state_->makeBody(made.mass, toBullet(made.inertia), toPose(place));
+}
+
+CloudBody::CloudBody(std::shared_ptr<const SurfaceField> field, const btTransform& place,
+                     const CloudBodySettings& settings) {
+  if (!field) throw std::invalid_argument("CloudBody: the field is null; build one");
+  if (settings.fidelity.tolerance > 0)
+    make(field->cloud(), shapeOfBody(field->cloud(), settings), place, settings);
+  else
+    make(field->cloud(), CloudShape(field), place, settings);
+}
+
+CloudBody::CloudBody(std::shared_ptr<const FieldLevels> levels, const btTransform& place,
+                     const CloudBodySettings& settings) {
+  if (!levels) throw std::invalid_argument("CloudBody: the levels are null; make some");
+  make(levels->cloud(), CloudShape(levels), place, settings);
 }
 
 CloudBody::CloudBody(const CloudBody& like, const btTransform& place) {

@@ -34,6 +34,11 @@ SceneCollision collisionOf(const SceneDescription& scene, const std::string& bod
     SceneMesh voxels{madeName(scene, body), scale, nullptr};
     voxels.cloud = std::make_shared<const Cloud>(shape.cast<const Cloud&>());
     out.geometry = std::move(voxels);
+  } else if (py::isinstance<SurfaceField>(shape)) {
+    SceneMesh voxels{madeName(scene, body), scale, nullptr};
+    voxels.field = shape.cast<std::shared_ptr<SurfaceField>>();
+    voxels.cloud = std::make_shared<const Cloud>(voxels.field->cloud());
+    out.geometry = std::move(voxels);
   } else if (py::isinstance<Box>(shape)) {
     out.geometry = SceneBox{2 * shape.cast<Box>().halfExtents};
   } else if (py::isinstance<Sphere>(shape)) {
@@ -57,7 +62,7 @@ SceneCollision collisionOf(const SceneDescription& scene, const std::string& bod
       file = shape.cast<std::filesystem::path>();
     } catch (const py::cast_error&) {
       throw std::invalid_argument(
-          "shape: give a file, a Mesh, a Cloud, a Box, Sphere, Cylinder, "
+          "shape: give a file, a Mesh, a Cloud, a SurfaceField, a Box, Sphere, Cylinder, "
           "Capsule, Cone or HalfSpace");
     }
     if (!std::filesystem::is_regular_file(file))

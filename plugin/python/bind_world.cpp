@@ -48,6 +48,10 @@ void takeLaw(CommonOptions& options, const py::object& law) {
     options.stiffness = f->stiffness, options.damping = f->damping;
 }
 
+// Clouds and fields that no world uses any more, of which the next may be made: a script that makes
+// one world after another, each of other bodies, does not keep them all.
+constexpr std::size_t kUnusedShapes = 8;
+
 // The keyword arguments of World.
 void takeWords(WorldSettings& settings, const py::kwargs& words) {
   CommonOptions& o = settings.common;
@@ -109,6 +113,7 @@ Scripted makeWorld(const py::object& scene, const std::optional<double>& voxel,
     if (py::isinstance<SceneDescription>(scene)) throw BadInput(ofScene(why.what()));
     throw;
   }
+  if (made->settings.store) made->settings.store->trim(kUnusedShapes);
   return made;
 }
 

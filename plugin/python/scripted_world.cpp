@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "io/errors.h"
+#include "python/python_words.h"
 #include "python/turns.h"
 #include "python/unlocked.h"
 #include "replay/recorder.h"
@@ -185,7 +186,7 @@ void view(ScriptedWorld& world, const py::object& self, const ViewWords& words) 
     farewell.why = raised.what();
     throw;
   } catch (const std::exception& failure) {
-    farewell.why = failure.what();
+    farewell.why = inPython(failure.what());
     throw;
   }
 }

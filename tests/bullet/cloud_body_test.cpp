@@ -68,6 +68,34 @@ TEST(CloudBody, AnAngleHasTheMomentsOfItsBoxes) {
   EXPECT_GT(std::abs(wanted.inertia(0, 1)), 0.2 * wanted.inertia(0, 0));  // skew in its own axes
 }
 
+// Of a field or levels that are made already, in the mesh's frame: the same matter, and the same
+// depth in a table.
+TEST(CloudBody, FieldsThatAreMadeAlreadyAreShared) {
+  DigitizeSettings how;
+  how.voxelSize = kThick / 8;
+  const Cloud cloud = digitize(angle(), how);
+  const auto field = SurfaceField::build(cloud);
+  const auto levels = std::make_shared<const FieldLevels>(cloud);
+  const CloudBody made(cloud, somewhere(), {.mass = 2});
+  const CloudBody given(field, somewhere(), {.mass = 2}), again(field, somewhere(), {.mass = 2}),
+      coarser(levels, somewhere(), {.mass = 2, .fidelity = {1e-4}});
+  EXPECT_EQ(&given.shape().field(), field.get());
+  EXPECT_EQ(&again.shape().field(), field.get());
+  const auto inertia = worldInertia(made.body());
+  for (const CloudBody* const body : {&given, &again, &coarser}) {
+    EXPECT_NEAR(1 / double(body->body().getInvMass()), 2, 1e-6);
+    EXPECT_LT(toVec3(body->body().getCenterOfMassPosition() - made.body().getCenterOfMassPosition())
+                  .norm(),
+              1e-5);
+    EXPECT_LT((worldInertia(body->body()) - inertia).norm(), 1e-4 * inertia.norm());
+    EXPECT_LT((toPose(body->meshPlace()).position - toPose(somewhere()).position).norm(), 1e-5);
+  }
+  const CloudBody fixed(field, somewhere(), {.mass = 0});
+  EXPECT_TRUE(fixed.body().isStaticObject());
+  EXPECT_THROW(CloudBody(std::shared_ptr<const SurfaceField>()), std::invalid_argument);
+  EXPECT_THROW(CloudBody(std::shared_ptr<const FieldLevels>()), std::invalid_argument);
+}
+
 TEST(CloudBody, AConesCenterIsAtAQuarterOfItsHeight) {
   constexpr double kRadius = 0.04, kTall = 0.1;
   const CloudBody cone(shifted(coneMesh(kRadius, kTall, 96), {1, 2, 3}), btTransform::getIdentity(),

@@ -175,3 +175,19 @@ def test_a_drive_goes_on_from_where_it_is_and_comes_back_with_a_state():
     hashes(world, 50)
     world.restore(pickle.loads(pickle.dumps(state)))
     assert hashes(world, 50) == seen
+
+
+def test_fields_that_are_made_already_are_bodies():
+    cloud = cc.digitize(cc.Mesh(*box_arrays([0.04, 0.03, 0.02])), 0.002)
+    field = cc.SurfaceField(cloud)
+
+    def world(shape):
+        scene = cc.Scene("two", step=0.002)
+        scene.add("floor", cc.HalfSpace(), static=True, friction=0.5)
+        for i in range(2):
+            scene.add(f"brick {i}", shape, (0.01 * i, 0, 0.011 + 0.03 * i), mass=0.2, friction=0.5)
+        return cc.World(scene)
+
+    made, given = world(cloud), world(field)
+    assert hashes(made, 100) == hashes(given, 100)
+    np.testing.assert_allclose(given["brick 0"].position[2], 0.01, atol=5e-4)

@@ -54,6 +54,15 @@ class CloudBody {
   // child of a compound. `place`, meshToBody() and so on are those of the cloud's frame.
   explicit CloudBody(const Cloud& cloud, const btTransform& place = btTransform::getIdentity(),
                      const CloudBodySettings& settings = {});
+  // A field that is made already, or levels of fields; bodies share it. The shape is a child of a
+  // compound, and settings.threads and voxelSize are not used. Without levels, settings.fidelity's
+  // tolerance makes them anew. Throws std::invalid_argument for null.
+  explicit CloudBody(std::shared_ptr<const SurfaceField> field,
+                     const btTransform& place = btTransform::getIdentity(),
+                     const CloudBodySettings& settings = {});
+  explicit CloudBody(std::shared_ptr<const FieldLevels> levels,
+                     const btTransform& place = btTransform::getIdentity(),
+                     const CloudBodySettings& settings = {});
   // Another body of the same matter, at rest, in no world: nothing is digitized again. Without the
   // motion state.
   CloudBody(const CloudBody& like, const btTransform& place);
@@ -83,6 +92,8 @@ class CloudBody {
 
  private:
   struct State;
+  void make(const Cloud& cloud, CloudShape shape, const btTransform& place,
+            const CloudBodySettings& settings);
   std::unique_ptr<State> state_;
 };
 
