@@ -200,7 +200,8 @@ std::optional<NearMiss> NearMissSearch::weighed(const Direction& dir, const Fiel
   return miss;
 }
 
-// The nearest so far, from those that may be nearest. Most others need not be weighed then.
+// The nearest so far, from the few that may be nearest. Most others need not be weighed then; what
+// is found does not depend on how many were first.
 void NearMissSearch::findNearest(const OneSide& side) {
   if (near_[side.side].empty()) return;
   const Direction dir = side.at(0);
