@@ -208,6 +208,7 @@ void NearMissSearch::findNearest(const OneSide& side) {
   constexpr int kFirst = 4;
   const Near* first[kFirst] = {};
   for (const Near& n : near_[side.side]) {
+    if (first[kFirst - 1] && n.most <= first[kFirst - 1]->most) continue;
     const Near* one = &n;
     for (const Near*& f : first)
       if (!f || one->most > f->most) std::swap(f, one);
