@@ -322,6 +322,14 @@ bool isThere(btDynamicsWorld& world, const NarrowPhase& clouds,
   return true;
 }
 
+// Makes the algorithms of pairs, and what they keep. A broad phase that is restored stays as it is:
+// it may be about to drop pairs that the record has.
+void findContacts(btDynamicsWorld& world, bool movesBoxes) {
+  if (movesBoxes) return world.performDiscreteCollisionDetection();
+  btDispatcher& dispatcher = *world.getDispatcher();
+  dispatcher.dispatchAllCollisionPairs(world.getPairCache(), world.getDispatchInfo(), &dispatcher);
+}
+
 // The file's numbers of manifolds: as many are made as it says, so each must have a place in its
 // list.
 void requireListed(const ContactsRecord& record) {
@@ -392,15 +400,9 @@ void restoreContacts(btDynamicsWorld& world, const NarrowPhase& clouds,
   ContactsRecord record;
   ByteReader reader(bytes);
   recordIn(reader, record);
-  const auto order = [&] {
-    if (restorePhase) restorePhase();
-    orderOverlaps(world, bodies, record, !restorePhase);
-  };
-  order();
-  if (!isThere(world, clouds, bodies, record)) {
-    world.performDiscreteCollisionDetection();
-    if (restorePhase) order();
-  }
+  if (restorePhase) restorePhase();
+  orderOverlaps(world, bodies, record, !restorePhase);
+  if (!isThere(world, clouds, bodies, record)) findContacts(world, restorePhase == nullptr);
   forgetOthers(world, bodies, record);
   KnownManifolds known(*world.getDispatcher(), clouds, bodies, record);
   Manifolds ordered;

@@ -298,10 +298,7 @@ void PairState::count(const PairStep& step, const PairSides& sides, double secon
     used = {query.levels.level[0] + query.levels.level[1] > 0, query.levels.eased > 0,
             how == Answer::Moved ? 0 : levels.refined()};
   narrowPhase.count(seconds, contact.samples, contact.points.size(), how, used);
-  summary.a = sides.wrapA->getCollisionObject();
-  summary.b = sides.wrapB->getCollisionObject();
-  child[0] = sides.wrapA->m_index;
-  child[1] = sides.wrapB->m_index;
+  setName(*sides.wrapA, *sides.wrapB);
   summary.last = how;
   summary.searched += how == Answer::Searched;
   summary.shapes += how == Answer::Shapes;
@@ -331,6 +328,11 @@ void PairState::count(const PairStep& step, const PairSides& sides, double secon
   if (how != Answer::Searched) return;
   for (const ContactBody* body : {&query.a, &query.b})
     if (body->field) summary.samples += body->field->sampleCount();
+}
+
+void PairState::setName(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) {
+  summary.a = a.getCollisionObject(), summary.b = b.getCollisionObject();
+  child[0] = a.m_index, child[1] = b.m_index;
 }
 
 void PairState::close(const PairStep& step, const PairSides& sides, double seconds) {
@@ -436,6 +438,7 @@ void PairState::process(AheadPair& self, const btCollisionObjectWrapper& a,
   if (!std::exchange(weighed, true))
     for (const btCollisionObjectWrapper* wrap : {&a, &b})
       narrowPhase.checkMatter(*wrap->getCollisionObject());
+  setName(a, b);
   // Bullet's queries derive from btManifoldResult; its solver does not.
   if (typeid(result) != typeid(btManifoldResult)) return ask(a, b, info, result);
   processed = true;

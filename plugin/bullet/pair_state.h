@@ -107,6 +107,8 @@ struct PairState {
   // After a step's answer: reports, budget, and what the next step asks.
   void close(const PairStep& step, const PairSides& sides, double seconds);
   void count(const PairStep& step, const PairSides& sides, double seconds);
+  // By which states and files know the pair; also of one that is too far apart to be asked.
+  void setName(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
 
   // Before a step's query is read; see WorkBudget.
   void openStep() {
