@@ -1,6 +1,7 @@
 // Bullet's dynamic tree broad phase as a value: its two trees node by node, its lists of proxies,
 // and its counters. The trees decide in which order pairs are found that meet later, and how far
-// boxes reach beyond their bodies depends on how these have moved, so neither can be made anew.
+// boxes reach beyond their bodies depends on how these have moved, so neither follows from the
+// bodies' places.
 #pragma once
 
 #include <LinearMath/btVector3.h>

@@ -311,11 +311,9 @@ void bindWorld(py::module_& module) {
            "\"hacd\", \"primitive\"), backend (\"cpu\", \"opencl\"), threads (0: all cores), unit\n"
            "(of the files of a scene file), shell [m], law, friction (of all pairs), tissues (a\n"
            "list of Tissue, \"dental\" or a JSON file), samples, reuse [voxels], tolerance [m],\n"
-           "iterations (of the solver), sleep, cache (False: makes all anew; else worlds that live "
-           "at\n"
-           "the same time share clouds and fields, and files keep them as for the program, see\n"
-           "CLOUDCONTACT_CACHE). Raises ValueError that names the body, file or\n"
-           "setting.")
+           "iterations (of the solver), sleep, cache (True: worlds that live at the same time\n"
+           "share clouds and fields, and files keep these between runs, see CLOUDCONTACT_CACHE;\n"
+           "False: neither). Raises ValueError that names the body, file or setting.")
       .def("__len__", inTurn([](const ScriptedWorld& w) { return w.world->bodyCount(); }))
       .def(
           "__getitem__",

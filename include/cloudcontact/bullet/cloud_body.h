@@ -55,8 +55,8 @@ class CloudBody {
   explicit CloudBody(const Cloud& cloud, const btTransform& place = btTransform::getIdentity(),
                      const CloudBodySettings& settings = {});
   // A field that is made already, or levels of fields; bodies share it. The shape is a child of a
-  // compound, and settings.threads and voxelSize are not used. Without levels, settings.fidelity's
-  // tolerance makes them anew. Throws std::invalid_argument for null.
+  // compound, and settings.threads and voxelSize are not used. With a field and a tolerance in
+  // settings.fidelity, levels are built from its cloud. Throws std::invalid_argument for null.
   explicit CloudBody(std::shared_ptr<const SurfaceField> field,
                      const btTransform& place = btTransform::getIdentity(),
                      const CloudBodySettings& settings = {});
