@@ -138,7 +138,13 @@ uint ccLookUp(__local const CcTask* t, CcFields all, uint k, const CcSample* s,
     return ccLookUpPlanes(t, all, all.records, k, s, record, place,
                           ccPlaneDepth(record, place->r), alone);
   const int kind = ccKindOf(&t->limits, record, 0.0f, s->width);
-  return (kind & CC_NEARBY ? CC_SEARCH_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
+  uint is = (kind & CC_NEARBY ? CC_SEARCH_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
+  if (!alone && !t->last && ccOutside(record)) {
+    CcDepth d = ccPlaneDepth(record, place->r);
+    d.depth *= t->other.voxel;
+    if (ccNearBesideSample(t, all, all.records, k, record, place, &d)) is |= CC_SEARCH_FINER;
+  }
+  return is;
 }
 
 // ccVoxelDepth(), but it reads all planes at once.
@@ -173,7 +179,7 @@ uint ccLookUpInShape(__local const CcTask* t, CcFields all, __global const CcSha
   ccTurnBack(t->dir.way.turnToOther, d.normal, other);
   uint is = 0u;
   // Of one plane neither the record's planes nor the place are read.
-  const CcVoxel plane = ccPackPlanes(0, 1, 0);
+  const CcVoxel plane = ccShapeRecord(shape->solid.kind == CC_HALF_SPACE);
   const CcPlace nowhere = {0, 0, {0.0f, 0.0f, 0.0f}};
   if (!t->last && ccNearBesideSample(t, all, all.records, k, plane, &nowhere, &d))
     is = CC_SEARCH_FINER;

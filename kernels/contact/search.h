@@ -21,6 +21,7 @@
   0.5f  // of a sample; the depth varies over it by the sine between the surfaces
 #define CC_HALF_DIAGONAL 0.71f
 #define CC_WIDE 0.3f         // [voxels] wider samples are divided at an edge
+#define CC_ROUNDED 1e-3f     // [voxels] more than sums of places are rounded by
 #define CC_BEYOND_BAND 5.5f  // depth given to a sample below the band's last layer [voxels]
 
 // What a sample of a coarse level stands for: the finer samples that face the same way. They rise
@@ -57,7 +58,7 @@ CC_FN CcLimits ccLimitsOf(int level, float voxel) {
 }
 
 // The kind of a sample `width` voxels wide at `depth` [m] in the other body, but for CC_NEARBY
-// where the record has planes.
+// where the record tells of a surface.
 CC_FN int ccKindOf(CC_NEAR const CcLimits* limits, CcVoxel record, float depth, float width) {
   const int surface = depth > -(limits->halfWidth * width) ? CC_WET : 0;
   const int plain = record.b == CC_DEEP_INSIDE    ? CC_DEEP | limits->nearby
@@ -75,11 +76,12 @@ CC_FN float ccDepthBeside(CC_NEAR const CcLimits* limits, CC_NEAR const float* t
   return depth * limits->perVoxel + CC_SQRT(ccMax(ccSpreadAlong(cluster, other), 0.0f));
 }
 
-// Whether finer samples that this one stands for may touch the surface of the record. `beside`:
-// ccDepthBeside() of the record's plane; of several, the least where they intersect, and the
-// largest where they unite.
+// Whether finer samples that this one stands for may touch the surface of which the record tells.
+// `beside`: ccDepthBeside() of the record's plane; of several, the least where they intersect, and
+// the largest where they unite.
 CC_FN int ccNearBeside(CC_NEAR const CcLimits* limits, CcVoxel record, float beside, float rise) {
-  return ((record.a & 0x70000000u) != 0) & (beside + ccBend(record, limits->level) + rise > 0.0f);
+  return ((record.a & 0xf0000000u) != 0) &
+         (beside + ccBend(record, limits->level) + rise > -CC_ROUNDED);
 }
 
 // The same of a record with planes. `depth` [m] and `normal`: of the plane that gives the depth at

@@ -36,6 +36,14 @@ CC_FN CcDepth ccShapeDepth(CC_GLOBAL const CcShape* s, const float* x) {
   return d;
 }
 
+// What stands for a shape's record anywhere: one plane. A half-space rises above it nowhere. Beside
+// the edge of another shape the way to it leans, and samples that lean on that reach farther.
+CC_FN CcVoxel ccShapeRecord(int halfSpace) {
+  CcVoxel record = ccPackPlanes(0, 1, 0);
+  if (halfSpace) ccSetBend(&record, ccPackBend(0.0f, 0.0f));
+  return record;
+}
+
 // Whether samples within `radius` voxels of a place may touch.
 CC_FN int ccMayTouchShape(CC_GLOBAL const CcShape* s, const float* x, float radius, float voxel) {
   return ccPointInShape(s, x).depth >= -((radius + 0.5f) * voxel);

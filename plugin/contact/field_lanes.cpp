@@ -182,7 +182,8 @@ CC_LANES void estimateNearest(const Direction& dir, const Lanes& lanes, float* e
   for (int i = 0; i < count; ++i) {
     const float near = voxel * (lanes.beside[i] + rise[i]);
     // The records end two voxels outside.
-    const float plain = lanes.b[i] == CC_NEAR_OUTSIDE ? -2.0f * voxel : -1e30f;
+    const bool outside = ccOutside({lanes.a[i], 0}) | (lanes.b[i] == CC_NEAR_OUTSIDE);
+    const float plain = outside ? -2.0f * voxel : -1e30f;
     const bool measured = (lanes.a[i] & 0x70000000u) != 0;
     estimates[i] = measured ? near : plain;
     depths[i] = measured ? lanes.depth[i] : plain;

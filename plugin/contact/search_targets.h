@@ -112,6 +112,7 @@ struct ShapeTarget {
   const SampleColumns& samples;
   const TriangleSurface* surface = surfaceOf(shape);  // null: none
   const std::optional<CcShape> plain = plainShape(shape, toShape, dir.body.cloud().voxelSize());
+  const CcVoxel record = ccShapeRecord(std::holds_alternative<HalfSpace>(shape));
 
   const FieldData* field() const { return nullptr; }
 
@@ -213,9 +214,8 @@ struct ShapeTarget {
   }
 
   int measureDepths(Lanes& lanes) const {
-    const CcVoxel onePlane = ccPackPlanes(0, 1, 0);
-    std::fill_n(lanes.a, lanes.count, onePlane.a);
-    std::fill_n(lanes.b, lanes.count, onePlane.b);
+    std::fill_n(lanes.a, lanes.count, record.a);
+    std::fill_n(lanes.b, lanes.count, record.b);
     if (plain && plain->solid.kind == CC_HALF_SPACE) {
       measureHalfSpace(lanes);
       return 0;

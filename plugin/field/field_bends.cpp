@@ -1,103 +1,178 @@
-// Blocks of 2x2x2 voxels share the samples around them.
+// Blocks of 2x2x2 voxels share the surface around them.
 #include "field/field_bends.h"
 
 #include "base/grid_index.h"
+#include "base/parallel.h"
 #include "base/simd.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <memory>
 
 namespace cloudcontact {
 
 namespace {
 
+using V3f = Eigen::Vector3f;
+using V3i = Eigen::Vector3i;
+
 // [voxels] from a voxel's center: as far as the finer samples of a coarse one lie, whose middle is
-// in the voxel, on levels 1 and 2.
-constexpr float kReach[] = {2.0f, 3.5f};
-constexpr int kCells = 2;  // of two voxels, beside a block, hold the samples within the reach
+// in the voxel, on levels 1 and 2; and how far beside such a sample the surface may be that it
+// touches, outside.
+constexpr float kReach[] = {2.0f, 3.5f}, kBeside = 0.75f;
+constexpr int kCells = 2;  // of two voxels, beside a block, hold the surface within the reach
 // [voxels] More than the fit's noise, so that what only touches is not left out.
 constexpr float kNoise = 0.04f;
 // [voxels] A coarse sample deeper than this is near in any case, and one farther outside is not.
 constexpr float kDeep = 1.5f, kOutside = 2.5f;
-constexpr int kMost = 1024;  // samples around a block; with more, its records say the most
+constexpr int kMost = 4096;  // places around a block; with more, its records are not measured
 
-// The samples of each cell of two voxels, and whether it holds an edge.
-class Cells {
+// Places of the surface, by cells of two voxels: all samples, and beside edges what the records
+// tell beyond the samples. There the planes of a voxel go on to its borders, and another body's
+// sample finds them where no surface is.
+class Places {
  public:
-  Cells(const SampleSet& set, const FieldRecords& records, const Eigen::Vector3i& bricks)
-      : bricks_(bricks),
+  Places(const SampleSet& set, const FieldRecords& records, const V3i& bricks)
+      : samples_(set.levels[0].samples),
+        bricks_(bricks),
         slots_(static_cast<std::size_t>(bricks.prod()), -1),
         edges_(slots_.size()) {
+    addSamples(set.levels[1].finer);
     for (std::size_t t = 0; t < edges_.size(); ++t)
       for (int k = 0; records.held()[t] && k < kBrickVoxels; ++k)
         if (ccPlaneCount(records.bandRecord(t, k)) > 1)
           edges_[t] |= std::uint64_t{1} << cellOf(cellOffset(k) / 2);
-    const SampleLevel& coarse = set.levels[1];
-    const SampleColumns& s = set.levels[0].samples;
-    for (const SampleRun& run : coarse.finer) {
-      // The level's samples in a cell follow each other.
-      const Eigen::Vector3i at = Eigen::Array3f(s.x[run.first], s.y[run.first], s.z[run.first])
-                                     .floor()
-                                     .cast<int>()
-                                     .matrix();
-      if (!insideGrid(at, 8 * bricks)) continue;
-      std::int32_t& slot = slots_[brickIndex(at, bricks)];
-      if (slot < 0) {
-        slot = static_cast<std::int32_t>(runs_.size());
-        runs_.emplace_back();
-      }
-      SampleRun& cell = runs_[static_cast<std::size_t>(slot)][cellOf(at / 2)];
-      if (cell.count == 0) cell.first = run.first;
-      cell.count = run.first + run.count - cell.first;
+    for (std::size_t t = 0; t < edges_.size(); ++t)
+      for (std::size_t cell = 0; records.held()[t] && cell < 64; ++cell)
+        addCorners(records, t, cell);
+  }
+
+  bool has(const V3i& cell) const { return insideGrid(cell, 4 * bricks_); }
+  // Copies the places of the cell that holds voxels 2 cell and 2 cell + 1, which must lie in the
+  // grid, and returns how many. `normals`: of its samples, which come first; zero of others.
+  int copy(const V3i& cell, int room, float* const* to) const {
+    const std::int32_t slot = slots_[brickIndex(2 * cell, bricks_)];
+    if (slot < 0) return 0;
+    const Held& held = held_[static_cast<std::size_t>(slot)][cellOf(cell)];
+    const int count = static_cast<int>(held.samples.count + held.corners.count);
+    if (count > room) return count;
+    const LargeVector<float>* const from[] = {&samples_.x,    &samples_.y,  &samples_.z,
+                                              &samples_.nx,   &samples_.ny, &samples_.nz,
+                                              &samples_.width};
+    for (int c = 0; c < 7; ++c) {
+      std::copy_n(from[c]->data() + held.samples.first, held.samples.count, to[c]);
+      float* const rest = to[c] + held.samples.count;
+      for (std::uint32_t i = 0; i < held.corners.count; ++i)
+        rest[i] = c < 3 ? corners_[held.corners.first + i][c] : 0.0f;
+    }
+    return count;
+  }
+
+ private:
+  struct Held {
+    SampleRun samples, corners;
+  };
+  static std::size_t cellOf(const V3i& c) {
+    return static_cast<std::size_t>((c.x() & 3) | (c.y() & 3) << 2 | (c.z() & 3) << 4);
+  }
+  Held& heldAt(const V3i& cell) {
+    std::int32_t& slot = slots_[brickIndex(2 * cell, bricks_)];
+    if (slot < 0) {
+      slot = static_cast<std::int32_t>(held_.size());
+      held_.emplace_back();
+    }
+    return held_[static_cast<std::size_t>(slot)][cellOf(cell)];
+  }
+  // The level's samples in a cell follow each other.
+  void addSamples(const LargeVector<SampleRun>& runs) {
+    for (const SampleRun& run : runs) {
+      const V3f first(samples_.x[run.first], samples_.y[run.first], samples_.z[run.first]);
+      const V3i at = first.array().floor().cast<int>().matrix();
+      if (!insideGrid(at, 8 * bricks_)) continue;
+      SampleRun& held = heldAt(at / 2).samples;
+      if (held.count == 0) held.first = run.first;
+      held.count = run.first + run.count - held.first;
+    }
+  }
+  bool isBesideEdge(const V3i& cell) const {
+    for (int k = 0; k < 27; ++k) {
+      const V3i at = cell + V3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+      if (has(at) && edges_[brickIndex(2 * at, bricks_)] >> cellOf(at) & 1) return true;
+    }
+    return false;
+  }
+  // The corners of a cell's voxels that these say are inside.
+  void addCorners(const FieldRecords& records, std::size_t t, std::size_t cell) {
+    const V3i in(static_cast<int>(cell & 3), static_cast<int>(cell >> 2 & 3),
+                 static_cast<int>(cell >> 4));
+    const V3i at = 4 * gridCell(t, bricks_) + in;
+    if (!isBesideEdge(at)) return;
+    const std::size_t first = corners_.size();
+    for (int corner = 0; corner < 8; ++corner) {
+      const V3i voxel = 2 * at + V3i(corner & 1, corner >> 1 & 1, corner >> 2);
+      const CcVoxel record = records.bandRecord(t, cellIndex(voxel));
+      if (ccPlaneCount(record) > 0) addCornersOf(record, records.planes().data(), voxel);
+    }
+    if (corners_.size() == first) return;
+    heldAt(at).corners = {static_cast<std::uint32_t>(first),
+                          static_cast<std::uint32_t>(corners_.size() - first)};
+  }
+  void addCornersOf(CcVoxel record, const CcVoxel* planes, const V3i& voxel) {
+    constexpr float kInside = 0.87f;  // half a voxel's diagonal: deeper ones hold no surface
+    const float zero[3] = {0, 0, 0};
+    if (std::abs(ccVoxelDepth(record, planes, zero).depth) > kInside) return;
+    for (int corner = 0; corner < 8; ++corner) {
+      const V3i side(corner & 1, corner >> 1 & 1, corner >> 2);
+      const V3f from = side.cast<float>() - V3f::Constant(0.5f);
+      if (ccVoxelDepth(record, planes, from.data()).depth > 0)
+        corners_.push_back((voxel + side).cast<float>());
     }
   }
 
-  // Of the cell that holds voxels 2 cell and 2 cell + 1, which must lie in the grid.
-  SampleRun at(const Eigen::Vector3i& cell) const {
-    const std::int32_t slot = slots_[brickIndex(2 * cell, bricks_)];
-    return slot < 0 ? SampleRun{} : runs_[static_cast<std::size_t>(slot)][cellOf(cell)];
-  }
-  bool edge(const Eigen::Vector3i& cell) const {
-    return edges_[brickIndex(2 * cell, bricks_)] >> cellOf(cell) & 1;
-  }
-  bool has(const Eigen::Vector3i& cell) const { return insideGrid(cell, 4 * bricks_); }
-
- private:
-  static std::size_t cellOf(const Eigen::Vector3i& c) {
-    return static_cast<std::size_t>((c.x() & 3) | (c.y() & 3) << 2 | (c.z() & 3) << 4);
-  }
-  Eigen::Vector3i bricks_;
+  const SampleColumns& samples_;
+  V3i bricks_;
   std::vector<std::int32_t> slots_;
   std::vector<std::uint64_t> edges_;  // by brick, a bit for each cell
-  std::vector<std::array<SampleRun, 64>> runs_;
+  std::vector<std::array<Held, 64>> held_;
+  std::vector<V3f> corners_;
 };
 
-// Samples around a block, and how high each lies above a record's surface.
+// The surface around a block, and how high it lies above a record's planes.
 struct Around {
+  static constexpr int kVector = 16;
   int count = 0;
-  float x[kMost], y[kMost], z[kMost], height[kMost];
+  float x[kMost], y[kMost], z[kMost], nx[kMost], ny[kMost], nz[kMost], width[kMost];
+  float height[kMost], square[kMost];  // from the voxel's center
 
-  // False where an edge is near: the field may jump there by more than the surface rises.
-  bool gather(const SampleColumns& s, const Cells& cells, const Eigen::Vector3i& block) {
+  // False if there is more than fits.
+  bool gather(const Places& places, const V3i& block) {
     count = 0;
-    const Eigen::Vector3i low = block - Eigen::Vector3i::Constant(kCells),
-                          high = block + Eigen::Vector3i::Constant(kCells);
+    const V3i low = block - V3i::Constant(kCells), high = block + V3i::Constant(kCells);
     for (int k = low.z(); k <= high.z(); ++k)
       for (int j = low.y(); j <= high.y(); ++j)
         for (int i = low.x(); i <= high.x(); ++i) {
-          const Eigen::Vector3i cell(i, j, k);
-          if (!cells.has(cell)) continue;
-          const SampleRun run = cells.at(cell);
-          if (cells.edge(cell) || count + static_cast<int>(run.count) > kMost) return false;
-          std::copy_n(s.x.data() + run.first, run.count, x + count);
-          std::copy_n(s.y.data() + run.first, run.count, y + count);
-          std::copy_n(s.z.data() + run.first, run.count, z + count);
-          count += static_cast<int>(run.count);
+          const V3i cell(i, j, k);
+          if (!places.has(cell)) continue;
+          float* const to[] = {x + count,  y + count,  z + count,    nx + count,
+                               ny + count, nz + count, width + count};
+          const int some = places.copy(cell, kMost - count, to);
+          if (some > kMost - count) return false;
+          count += some;
         }
     return true;
   }
 };
+
+CC_LANES void measureSquares(const float* center, Around& around) {
+  const float cx = center[0], cy = center[1], cz = center[2];
+  CC_INDEPENDENT
+  for (int i = 0; i < around.count; ++i) {
+    const float x = around.x[i] - cx, y = around.y[i] - cy, z = around.z[i] - cz;
+    around.square[i] = x * x + y * y + z * z;
+  }
+}
 
 // Heights above one plane of a record at `center`: the first, or joined with those of others.
 CC_LANES void addHeights(CcVoxel plane, const float* center, int first, int unites,
@@ -107,73 +182,136 @@ CC_LANES void addHeights(CcVoxel plane, const float* center, int first, int unit
   const float nx = d.normal[0], ny = d.normal[1], nz = d.normal[2], offset = d.depth;
   CC_INDEPENDENT
   for (int i = 0; i < around.count; ++i) {
-    const float h =
+    const float at =
         nx * (around.x[i] - cx) + ny * (around.y[i] - cy) + nz * (around.z[i] - cz) - offset;
+    const float cosine = nx * around.nx[i] + ny * around.ny[i] + nz * around.nz[i];
+    const float sine = CC_SQRT(ccMax(1.0f - cosine * cosine, 0.0f));
+    const float h = at + CC_HALF_WIDTH * around.width[i] * sine;
     const float all = unites ? ccMin(around.height[i], h) : ccMax(around.height[i], h);
     around.height[i] = first ? h : all;
   }
 }
 
-// The greatest height within the reach of each level.
-CC_LANES void greatest(const Around& around, const float* center, float* most) {
-  const float cx = center[0], cy = center[1], cz = center[2];
-  const float near = kReach[0] * kReach[0], far = kReach[1] * kReach[1];
-  float lanes[2][16];
-  for (int k = 0; k < 16; ++k) lanes[0][k] = lanes[1][k] = -1e30f;
-  for (int base = 0; base < around.count; base += 16) {
-    const int some = std::min(16, around.count - base);
+// The greatest height within a distance of the center.
+CC_LANES float greatest(const Around& around, float within) {
+  const float square = within * within;
+  float lanes[Around::kVector];
+  std::fill_n(lanes, Around::kVector, -1e30f);
+  for (int base = 0; base < around.count; base += Around::kVector) {
+    const int some = std::min(Around::kVector, around.count - base);
     CC_INDEPENDENT
-    for (int k = 0; k < some; ++k) {
-      const float x = around.x[base + k] - cx, y = around.y[base + k] - cy,
-                  z = around.z[base + k] - cz;
-      const float square = x * x + y * y + z * z, h = around.height[base + k];
-      lanes[0][k] = ccMax(lanes[0][k], square <= near ? h : -1e30f);
-      lanes[1][k] = ccMax(lanes[1][k], square <= far ? h : -1e30f);
-    }
+    for (int k = 0; k < some; ++k)
+      lanes[k] =
+          ccMax(lanes[k], around.square[base + k] <= square ? around.height[base + k] : -1e30f);
   }
-  for (int r = 0; r < 2; ++r) most[r] = *std::max_element(lanes[r], lanes[r] + 16);
+  return *std::max_element(lanes, lanes + Around::kVector);
 }
 
-// Of the record at a voxel, 0 if it is too far from the surface.
-uint bendAt(CcVoxel record, const CcVoxel* planes, const Eigen::Vector3i& voxel, Around& around) {
+// Of a record with planes, 0 if it is too far from the surface.
+uint bendAt(CcVoxel record, const CcVoxel* planes, const float* center, Around& around) {
   const float zero[3] = {0, 0, 0};
   const float depth = ccVoxelDepth(record, planes, zero).depth;
   if (depth > kDeep || depth < -kOutside || around.count == 0) return 0;
-  const float center[3] = {static_cast<float>(voxel.x()) + 0.5f,
-                           static_cast<float>(voxel.y()) + 0.5f,
-                           static_cast<float>(voxel.z()) + 0.5f};
   const uint count = ccPlaneCount(record);
   for (uint k = 0; k < count; ++k)
     addHeights(count == 1 ? record : planes[record.b + k], center, k == 0, ccConcave(record),
                around);
-  float most[2];
-  greatest(around, center, most);
-  return ccPackBend(most[0] + kNoise, most[1] + kNoise);
+  measureSquares(center, around);
+  return ccPackBend(greatest(around, kReach[0]) + kNoise, greatest(around, kReach[1]) + kNoise);
 }
+
+bool isOutside(const CcVoxel& record) {
+  return ccPlaneCount(record) == 0 && record.b == CC_NEAR_OUTSIDE;
+}
+
+// The record of a voxel outside: the plane of the nearest sample, or nothing where no surface is
+// near.
+CcVoxel outsideAt(const float* center, Around& around) {
+  constexpr float kWithin = kReach[1] + kBeside;
+  measureSquares(center, around);
+  int nearest = -1;
+  float least = kWithin * kWithin;
+  bool any = false;
+  for (int i = 0; i < around.count; ++i) {
+    any |= around.square[i] <= kWithin * kWithin;
+    const bool is =
+        around.square[i] <= least && (around.nx[i] != 0 || around.ny[i] != 0 || around.nz[i] != 0);
+    if (is) least = around.square[i], nearest = i;
+  }
+  if (!any) return {0, 0};
+  CcVoxel record = {0, CC_NEAR_OUTSIDE};
+  if (nearest < 0) return record;
+  const V3f n(around.nx[nearest], around.ny[nearest], around.nz[nearest]);
+  const V3f by =
+      V3f(around.x[nearest], around.y[nearest], around.z[nearest]) - Eigen::Map<const V3f>(center);
+  const CcVoxel plane = ccPackPlane(n.data(), n.dot(by));
+  addHeights(plane, center, 1, 0, around);
+  ccPackOutside(plane, greatest(around, kWithin) + kNoise, &record);
+  return record;
+}
+
+// Measures the records of a brick, `to`, with the brick's planes where it has any; `low`: its first
+// voxel.
+void measureBrick(const Places& places, const CcVoxel* planes, const V3i& low, Around& around,
+                  CcVoxel* to) {
+  for (int block = 0; block < 64; ++block) {
+    const V3i first = low + 2 * V3i(block & 3, block >> 2 & 3, block >> 4);
+    bool gathered = false;
+    for (int corner = 0; corner < 8; ++corner) {
+      const V3i at = first + V3i(corner & 1, corner >> 1 & 1, corner >> 2);
+      CcVoxel& record = to[cellIndex(at)];
+      const bool outside = isOutside(record);
+      if (!outside && ccPlaneCount(record) == 0) continue;
+      if (!gathered && !around.gather(places, first / 2)) break;
+      gathered = true;
+      const V3f center = at.cast<float>() + V3f::Constant(0.5f);
+      if (outside)
+        record = outsideAt(center.data(), around);
+      else
+        ccSetBend(&record, bendAt(record, planes, center.data(), around));
+    }
+  }
+}
+
+// What a brick without planes gets.
+struct OwnBrick {
+  std::array<CcVoxel, kBrickVoxels> records;
+  bool near = false;  // the surface is
+};
 
 }  // namespace
 
-void measureBends(const SampleSet& samples, FieldRecords& records) {
+void measureBends(const SampleSet& samples, FieldRecords& records, int threads) {
   const CcBricks n = records.bricks();
-  const Eigen::Vector3i bricks(n.nx, n.ny, n.nz);
-  const Cells cells(samples, records, bricks);
-  Around around;
-  for (std::size_t t = 0; t < records.held().size(); ++t) {
-    if (!records.held()[t]) continue;
-    const Eigen::Vector3i low = kBrickEdge * gridCell(t, bricks);
-    for (int block = 0; block < 64; ++block) {
-      const Eigen::Vector3i in(block & 3, block >> 2 & 3, block >> 4);
-      bool gathered = false;
-      for (int corner = 0; corner < 8; ++corner) {
-        const Eigen::Vector3i at =
-            low + 2 * in + Eigen::Vector3i(corner & 1, corner >> 1 & 1, corner >> 2);
-        CcVoxel& record = records.bandRecord(t, cellIndex(at));
-        if (ccPlaneCount(record) == 0) continue;
-        if (!gathered && !around.gather(samples.levels[0].samples, cells, low / 2 + in)) break;
-        gathered = true;
-        ccSetBend(&record, bendAt(record, records.planes().data(), at, around));
-      }
-    }
+  const V3i bricks(n.nx, n.ny, n.nz);
+  const Places places(samples, records, bricks);
+  std::vector<std::size_t> all;
+  for (std::size_t t = 0; t < records.held().size(); ++t)
+    if (records.brickDistance()[t] <= 1) all.push_back(t);
+  std::vector<std::unique_ptr<Around>> around(static_cast<std::size_t>(threadCount(threads)));
+  std::vector<std::unique_ptr<OwnBrick>> own(all.size());
+  parallelFor(all.size(), threads, [&](std::size_t i, int worker) {
+    const std::size_t t = all[i];
+    std::unique_ptr<Around>& memory = around[static_cast<std::size_t>(worker)];
+    if (!memory) memory = std::make_unique<Around>();
+    const V3i low = kBrickEdge * gridCell(t, bricks);
+    const CcVoxel* const planes = records.planes().data();
+    if (records.held()[t])
+      return measureBrick(places, planes, low, *memory, &records.bandRecord(t, 0));
+    const CcVoxel* const shared = records.brick(t);
+    if (std::none_of(shared, shared + kBrickVoxels, isOutside)) return;
+    own[i] = std::make_unique<OwnBrick>();
+    std::copy_n(shared, kBrickVoxels, own[i]->records.begin());
+    measureBrick(places, planes, low, *memory, own[i]->records.data());
+    own[i]->near = std::any_of(own[i]->records.begin(), own[i]->records.end(),
+                               [](const CcVoxel& v) { return v.a != 0 || v.b != 0; });
+  });
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!own[i]) continue;
+    if (own[i]->near)
+      records.setBrick(all[i], own[i]->records);
+    else
+      records.setOutside(all[i]);
   }
 }
 

@@ -1,6 +1,6 @@
-// How far a surface rises above each record's planes nearby. A coarse sample stands for finer ones
-// around it, so a search must know what the other surface does there: where it hardly bends, the
-// finer ones need not be asked.
+// How far a surface rises above each record's planes nearby, and planes for voxels too far outside
+// to have any. A coarse sample stands for finer ones around it, so a search must know what the
+// other surface does there: where it does not come near, the finer ones need not be asked.
 #pragma once
 
 #include "field/field_records.h"
@@ -8,7 +8,8 @@
 
 namespace cloudcontact {
 
-// Writes ccBend() of all records near the surface. Without this they say the most, CC_MOST_BEND.
-void measureBends(const SampleSet& samples, FieldRecords& records);
+// Writes ccBend() of all records near the surface, and ccPackOutside() of those farther outside.
+// Without this they say CC_UNKNOWN_BEND and CC_NEAR_OUTSIDE.
+void measureBends(const SampleSet& samples, FieldRecords& records, int threads);
 
 }  // namespace cloudcontact

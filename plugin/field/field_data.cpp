@@ -2,9 +2,9 @@
 #include "field/field_data.h"
 
 #include "base/hash.h"
-#include "field/field_bends.h"
 
 #include <algorithm>
+#include <array>
 
 namespace cloudcontact {
 
@@ -45,12 +45,10 @@ std::pair<float, float> range(const LargeVector<float>& v) {
 }  // namespace
 
 FieldData::FieldData(Cloud cloud, const Band& band, SampleSet samples,
-                     std::shared_ptr<const FieldNotes> notes, const FieldData* before)
-    : FieldData(cloud, FieldRecords(cloud, band, before ? &before->records_ : nullptr),
-                std::move(samples), std::move(notes)) {
-  renewed_ = before != nullptr;
-  // A renewal would have to measure them again wherever the surface changed nearby.
-  if (!notes_) measureBends(samples_, records_);
+                     std::shared_ptr<const FieldNotes> notes, const FieldData& before)
+    : FieldData(cloud, FieldRecords(cloud, band, &before.records_), std::move(samples),
+                std::move(notes)) {
+  renewed_ = true;
 }
 
 FieldData::FieldData(Cloud cloud, FieldRecords records, SampleSet samples,
@@ -79,16 +77,26 @@ std::size_t FieldData::bytes() const {
   return sum;
 }
 
-// Over all data that queries read, in memory order, but for the records' bends, which renewed
-// fields do not have: they only spare lookups.
+// Adds the records of a brick but for what only spares lookups, which renewed fields do not have:
+// bends, and what is known of voxels outside.
+static void addBrick(const CcVoxel* brick, Hasher& hasher) {
+  std::array<CcVoxel, kBrickVoxels> plain;
+  std::copy_n(brick, kBrickVoxels, plain.begin());
+  for (CcVoxel& v : plain) {
+    const bool outside = ccPlaneCount(v) == 0 && v.b != CC_DEEP_INSIDE;
+    outside ? void(v = {0, 0}) : ccSetBend(&v, 0);
+  }
+  const bool same = std::all_of(plain.begin(), plain.end(), [&](const CcVoxel& v) {
+    return v.a == plain[0].a && v.b == plain[0].b;
+  });
+  hasher.add(plain.data(), same ? 1 : plain.size());
+}
+
+// Over all data that queries read.
 std::uint64_t FieldData::hash() const {
   Hasher hasher;
   const std::size_t bricks = brickDistance().size();
-  std::vector<CcVoxel> plain(records_.records(), records_.records() + records_.size());
-  for (CcVoxel& v : plain)
-    if (ccPlaneCount(v) > 0) ccSetBend(&v, 0);
-  hasher.add(plain.data(), plain.size());
-  hasher.add(records_.firsts(), bricks + 1);
+  for (std::size_t t = 0; t < bricks; ++t) addBrick(records_.brick(t), hasher);
   hasher.add(records_.between(), bricks);
   hasher.add(planes(), planeCount());
   hasher.add(brickDistance().data(), bricks);

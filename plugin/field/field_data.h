@@ -54,9 +54,10 @@ struct LazyBallTree {
 
 class FieldData {
  public:
-  // `before`: holds what the band marks kAsBefore; null after a full build. `notes` may be null.
+  // `before`: holds what the band marks kAsBefore.
   FieldData(Cloud cloud, const Band& band, SampleSet samples,
-            std::shared_ptr<const FieldNotes> notes, const FieldData* before);
+            std::shared_ptr<const FieldNotes> notes, const FieldData& before);
+  // `notes` may be null.
   FieldData(Cloud cloud, FieldRecords records, SampleSet samples,
             std::shared_ptr<const FieldNotes> notes = nullptr);
 

@@ -1,6 +1,6 @@
 // Reads and writes surface fields: see field_file.h.
 //
-// Layout of version 2, all little-endian: 8 bytes "CLDFIELD", u32 2, u64 bytes of the file, f64
+// Layout of version 3, all little-endian: 8 bytes "CLDFIELD", u32 3, u64 bytes of the file, f64
 // voxel size [m], f64 x 3 origin [m], i32 x 3 bricks, u64 band voxels, then arrays, each after its
 // length (u64): the materials' names with a zero after each, the cloud's arrays, those of
 // FieldRecords and of SampleSet, in the order of forEachArray(). At the end u64 WordHash of all
@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 constexpr const char* kAgain = "; build the field and save it again";
 
 struct Header {

@@ -231,6 +231,11 @@ BandView FieldRecords::bandBrick(std::size_t brick) const {
           first};
 }
 
+void FieldRecords::setBrick(std::size_t brick, const std::array<CcVoxel, kBrickVoxels>& records) {
+  firsts_[brick] = static_cast<std::int32_t>(records_.size());
+  records_.insert(records_.end(), records.begin(), records.end());
+}
+
 bool FieldRecords::complete(const Eigen::Vector3i& bricks, std::size_t bandVoxels) {
   bricks_ = {bricks.x(), bricks.y(), bricks.z()};
   bandVoxels_ = bandVoxels;

@@ -7,6 +7,7 @@
 #include "field/field_band.h"
 #include "kernels/contact/search.h"
 
+#include <array>
 #include <vector>
 
 namespace cloudcontact {
@@ -29,6 +30,11 @@ class FieldRecords {
   CcVoxel& bandRecord(std::size_t brick, int cell) {
     return records_[static_cast<std::size_t>(firsts_[brick] + cell)];
   }
+  // The records of any brick; a brick without planes may share them.
+  const CcVoxel* brick(std::size_t brick) const { return records_.data() + firsts_[brick]; }
+  // Gives a brick without planes records of its own, or those of the outside.
+  void setBrick(std::size_t brick, const std::array<CcVoxel, kBrickVoxels>& records);
+  void setOutside(std::size_t brick) { firsts_[brick] = firsts_.back(); }
   // Planes of the records that have several.
   const LargeVector<CcVoxel>& planes() const { return planes_; }
   // Distance of each brick to the nearest brick of the band, in bricks (Chebyshev), 255 at most.

@@ -128,7 +128,9 @@ CcCluster Group::cluster(Pieces pieces, const SurfaceSample& s) const {
     const SurfaceSample& m = pieces[i].piece.sample;
     const V3 by = offset(i);
     const float part = m.area / area, own = m.width * m.width / 12;
-    cluster.rise = std::max(cluster.rise, n.dot(by));
+    const float cosine = n.dot(Eigen::Map<const V3>(m.normal));
+    const float tilt = CC_HALF_WIDTH * m.width * std::sqrt(std::max(0.0f, 1 - cosine * cosine));
+    cluster.rise = std::max(cluster.rise, n.dot(by) + tilt);
     uu += part * (u.dot(by) * u.dot(by) + own);
     uv += part * u.dot(by) * v.dot(by);
     vv += part * (v.dot(by) * v.dot(by) + own);

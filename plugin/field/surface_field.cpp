@@ -3,6 +3,7 @@
 
 #include "base/grid_index.h"
 #include "field/field_band.h"
+#include "field/field_bends.h"
 #include "field/field_data.h"
 #include "field/field_edges.h"
 #include "field/field_fit.h"
@@ -188,9 +189,12 @@ std::shared_ptr<const SurfaceField> SurfaceField::build(const Cloud& cloud,
   } else {
     notes = nullptr;
   }
+  FieldRecords records(cloud, band, nullptr);
+  // A renewal would have to measure them again wherever the surface changed nearby.
+  if (!settings.renewable) measureBends(samples, records, settings.threads);
   report(1.0);
   return std::make_shared<const SurfaceField>(std::make_shared<const FieldData>(
-      cloud, band, std::move(samples), std::move(notes), nullptr));
+      cloud, std::move(records), std::move(samples), std::move(notes)));
 }
 
 // Repeats each step on the voxels that a change can reach:
@@ -250,7 +254,7 @@ std::shared_ptr<const SurfaceField> renewed(const std::shared_ptr<const SurfaceF
   notes->bricks = draft.bricks();
   notes->edges = std::move(known.edges);
   return std::make_shared<const SurfaceField>(
-      std::make_shared<const FieldData>(after, band, std::move(samples), std::move(notes), &old));
+      std::make_shared<const FieldData>(after, band, std::move(samples), std::move(notes), old));
 }
 
 const Cloud& SurfaceField::cloud() const {
