@@ -1,6 +1,7 @@
 // Where a sample comes nearest to the other body.
 #include "contact/near_miss.h"
 
+#include "base/simd.h"
 #include "contact/field_lanes.h"
 #include "kernels/contact/sharp_point.h"
 
@@ -27,6 +28,18 @@ NearMiss missAt(const Direction& dir, const SurfaceSample& s, const SurfaceNear&
 }
 
 }  // namespace
+
+CC_LANES void findMost(const Lanes& lanes, float halfWidth, float margin, float least, float* most,
+                       std::int32_t* near) {
+  const float* const width = lanes.own.width;
+  const int count = padded(lanes.count);
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    const float facing = lanes.facing[i], sine = CC_SQRT(ccMax(1.0f - facing * facing, 0.0f));
+    most[i] = lanes.depth[i] + halfWidth * width[i] * sine;
+    near[i] = ((lanes.a[i] & 0x70000000u) != 0) & (lanes.depth[i] >= -margin) & (most[i] >= least);
+  }
+}
 
 // The near end is where the sample's plane comes nearest to the other body, as far as the sample
 // goes.

@@ -22,4 +22,10 @@ std::optional<NearMiss> missOf(const search::Direction& dir, const FieldData* ot
                                const SurfaceSample& s, const search::SurfaceNear& seen,
                                std::size_t& asked);
 
+// Of each lane the depth that no part of its sample exceeds [m], and whether it is `least` at least
+// and within the margin: what is nearest to the other body is at most as near as the other's plane
+// is. `halfWidth` [m]: of a sample one voxel wide.
+void findMost(const search::Lanes& lanes, float halfWidth, float margin, float least, float* most,
+              std::int32_t* near);
+
 }  // namespace cloudcontact

@@ -74,7 +74,7 @@ void NearMissSearch::look(const Direction& dir, const Target& target, const Samp
     target.measurePoints(lanes);
     work_.planes += std::exchange(lanes.planes, 0);
     if (known_ || dir.level == 0 || takingOthers_) findFacing(dir, lanes);
-    take(dir);
+    take(dir, target.field());
     lanes.clear();
   };
   for (; first != last; ++first)
@@ -153,7 +153,7 @@ void NearMissSearch::consider(const Direction& dir, const float* estimates, cons
 }
 
 // Keeps what the lanes found: candidates, or samples of the finest level.
-void NearMissSearch::take(const Direction& dir) {
+void NearMissSearch::take(const Direction& dir, const FieldData* other) {
   const Lanes& lanes = *lanes_;
   if (dir.level > 0 && !takingOthers_) {
     float estimates[kLanes], depths[kLanes];
@@ -170,25 +170,48 @@ void NearMissSearch::take(const Direction& dir) {
     consider(dir, estimates, depths, lanes.count, [&](int i) { return lanes.sample[i]; });
     return;
   }
-  keepNear(dir);
+  keepNear(dir, other);
 }
 
-// Keeps the lanes that may count, with the depth that no part of theirs exceeds: what is nearest to
-// the other body is at most as near as the other's plane is. By the step's end the bodies have
-// turned: how far a sample reaches now says nothing of then.
-void NearMissSearch::keepNear(const Direction& dir) {
+// Keeps the lanes that may count. By the step's end the bodies have turned: how far a sample
+// reaches now says nothing of then.
+void NearMissSearch::keepNear(const Direction& dir, const FieldData* other) {
   const Lanes& lanes = *lanes_;
-  const float halfWidth = looks(KnownMeets::Look::Ahead) ? 0 : dir.limits().halfWidth;
-  for (int i = 0; i < lanes.count; ++i) {
-    const float depth = lanes.depth[i];
-    if (ccPlaneCount({lanes.a[i], lanes.b[i]}) == 0 || depth < -margin_) continue;
-    const float way = wayOf(dir, i), facing = lanes.facing[i],
-                sine = std::sqrt(std::max(1 - facing * facing, 0.0f)),
-                most = depth + way + halfWidth * lanes.own.width[i] * sine;
-    if (most < nearest_ - within_) continue;
+  const bool ahead = looks(KnownMeets::Look::Ahead);
+  float most[kLanes];
+  std::int32_t near[kLanes], list[kLanes];
+  findMost(lanes, ahead ? 0 : dir.limits().halfWidth, margin_, ahead ? kNone : nearest_ - within_,
+           most, near);
+  const int found = listSet<std::int32_t>(near, 1, lanes.count, nullptr, list);
+  std::vector<Near>& kept = near_[dir.side];
+  const std::size_t before = kept.size();
+  for (int n = 0; n < found; ++n) {
+    const int i = list[n];
+    const float depth = lanes.depth[i], way = wayOf(dir, i);
+    if (most[i] + way < nearest_ - within_) continue;
     if (known_ && (depth >= 0 || !isBeside(dir, i, depth + way))) continue;
-    near_[dir.side].push_back(
-        {most, way, lanes.sample[i], depth, {lanes.nx[i], lanes.ny[i], lanes.nz[i]}});
+    kept.push_back(
+        {most[i] + way, way, lanes.sample[i], depth, {lanes.nx[i], lanes.ny[i], lanes.nz[i]}});
+  }
+  if (!takingOthers_) findNearest(dir, other, before);
+}
+
+// The nearest so far, by the few of the last lanes that may be nearest. Most others need not be
+// kept then; what is found does not depend on how many are tried.
+void NearMissSearch::findNearest(const Direction& dir, const FieldData* other, std::size_t from) {
+  constexpr int kMostTries = 4;
+  const std::vector<Near>& kept = near_[dir.side];
+  float below = -kNone;
+  for (int tries = 0; tries < kMostTries; ++tries) {
+    const Near* best = nullptr;
+    for (std::size_t i = from; i < kept.size(); ++i)
+      if (kept[i].most < below && (!best || kept[i].most > best->most)) best = &kept[i];
+    if (!best || best->most <= nearest_) return;
+    below = best->most;
+    if (const auto miss = weighed(dir, other, *best)) {
+      nearest_ = std::max(nearest_, miss->hit.depth + best->way);
+      return;
+    }
   }
 }
 
@@ -198,25 +221,6 @@ std::optional<NearMiss> NearMissSearch::weighed(const Direction& dir, const Fiel
                                         {n.depth, n.other}, work_.samples);
   if (looks(KnownMeets::Look::Apart) && miss && miss->hit.depth + miss->end >= 0) miss.reset();
   return miss;
-}
-
-// The nearest so far, from the few that may be nearest. Most others need not be weighed then; what
-// is found does not depend on how many were first.
-void NearMissSearch::findNearest(const OneSide& side) {
-  if (near_[side.side].empty()) return;
-  const Direction dir = side.at(0);
-  constexpr int kFirst = 4;
-  const Near* first[kFirst] = {};
-  for (const Near& n : near_[side.side]) {
-    if (first[kFirst - 1] && n.most <= first[kFirst - 1]->most) continue;
-    const Near* one = &n;
-    for (const Near*& f : first)
-      if (!f || one->most > f->most) std::swap(f, one);
-  }
-  for (const Near* const n : first)
-    if (n && n->most > nearest_)
-      if (const auto miss = weighed(dir, side.field(), *n))
-        nearest_ = std::max(nearest_, miss->hit.depth + n->way);
 }
 
 // Samples that will be in the other body, in part at least, once the nearest is kLightly deep.
@@ -425,7 +429,6 @@ const std::vector<NearMiss>& NearMissSearch::run(const ContactBody* const* bodie
       searchOn(side, level);
     }
   }
-  for (const OneSide& side : sides) findNearest(side);
   for (const OneSide& side : sides) takeMisses(side, 0);
   if (!known)
     for (int level = kLevels - 1; level > 0; --level)

@@ -113,9 +113,9 @@ class NearMissSearch {
   template <typename Target>
   void look(const search::Direction& dir, const Target& target, const SampleRun* first,
             const SampleRun* last);
-  void take(const search::Direction& dir);
-  void keepNear(const search::Direction& dir);
-  void findNearest(const OneSide& side);
+  void take(const search::Direction& dir, const FieldData* other);
+  void keepNear(const search::Direction& dir, const FieldData* other);
+  void findNearest(const search::Direction& dir, const FieldData* other, std::size_t from);
   std::optional<NearMiss> weighed(const search::Direction& dir, const FieldData* other,
                                   const Near& near);
   void takeMisses(const OneSide& side, int level);

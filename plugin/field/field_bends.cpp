@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <memory>
 
 namespace cloudcontact {
@@ -51,7 +50,8 @@ class Places {
 
   bool has(const V3i& cell) const { return insideGrid(cell, 4 * bricks_); }
   // Copies the places of the cell that holds voxels 2 cell and 2 cell + 1, which must lie in the
-  // grid, and returns how many. `normals`: of its samples, which come first; zero of others.
+  // grid, to seven columns: place, normal and width, zero but of samples. Returns how many there
+  // are; none are copied if there are more than `room`.
   int copy(const V3i& cell, int room, float* const* to) const {
     const std::int32_t slot = slots_[brickIndex(2 * cell, bricks_)];
     if (slot < 0) return 0;
