@@ -1,4 +1,4 @@
-// Blocks of 2x2x2 voxels share the surface around them.
+// Blocks of 4x4x4 voxels share the surface around them.
 #include "field/field_bends.h"
 
 #include "base/grid_index.h"
@@ -20,7 +20,7 @@ using V3i = Eigen::Vector3i;
 // [voxels] from a voxel's center: as far as the finer samples of a coarse one lie, whose middle is
 // in the voxel, on levels 1 and 2; and how far beside such a sample the surface may be that it
 // touches, outside.
-constexpr float kReach[] = {2.0f, 3.5f}, kBeside = 0.75f;
+constexpr float kReach[] = {2.0f, 3.5f}, kBeside = 0.75f, kWithin = kReach[1] + kBeside;
 constexpr int kCells = 2;  // of two voxels, beside a block, hold the surface within the reach
 // [voxels] More than the fit's noise, so that what only touches is not left out.
 constexpr float kNoise = 0.04f;
@@ -149,7 +149,7 @@ struct Around {
   // False if there is more than fits.
   bool gather(const Places& places, const V3i& block) {
     count = 0;
-    const V3i low = block - V3i::Constant(kCells), high = block + V3i::Constant(kCells);
+    const V3i low = 2 * block - V3i::Constant(kCells), high = 2 * block + V3i::Constant(1 + kCells);
     for (int k = low.z(); k <= high.z(); ++k)
       for (int j = low.y(); j <= high.y(); ++j)
         for (int i = low.x(); i <= high.x(); ++i) {
@@ -192,32 +192,58 @@ CC_LANES void addHeights(CcVoxel plane, const float* center, int first, int unit
   }
 }
 
-// The greatest height within a distance of the center.
-CC_LANES float greatest(const Around& around, float within) {
-  const float square = within * within;
-  float lanes[Around::kVector];
-  std::fill_n(lanes, Around::kVector, -1e30f);
+// The greatest heights within two distances of the center.
+struct Greatest {
+  float near, far;
+};
+CC_LANES Greatest greatest(const Around& around, float near, float far) {
+  float within[2][Around::kVector];
+  std::fill_n(within[0], 2 * Around::kVector, -1e30f);
   for (int base = 0; base < around.count; base += Around::kVector) {
     const int some = std::min(Around::kVector, around.count - base);
     CC_INDEPENDENT
-    for (int k = 0; k < some; ++k)
-      lanes[k] =
-          ccMax(lanes[k], around.square[base + k] <= square ? around.height[base + k] : -1e30f);
+    for (int k = 0; k < some; ++k) {
+      const float square = around.square[base + k], h = around.height[base + k];
+      within[0][k] = ccMax(within[0][k], square <= near * near ? h : -1e30f);
+      within[1][k] = ccMax(within[1][k], square <= far * far ? h : -1e30f);
+    }
   }
-  return *std::max_element(lanes, lanes + Around::kVector);
+  return {*std::max_element(within[0], within[0] + Around::kVector),
+          *std::max_element(within[1], within[1] + Around::kVector)};
+}
+
+// The least square of the distances of all places, and of all samples.
+struct Least {
+  float all, samples;
+};
+CC_LANES Least leastSquares(const Around& around) {
+  float all[Around::kVector], samples[Around::kVector];
+  std::fill_n(all, Around::kVector, 1e30f), std::fill_n(samples, Around::kVector, 1e30f);
+  for (int base = 0; base < around.count; base += Around::kVector) {
+    const int some = std::min(Around::kVector, around.count - base);
+    CC_INDEPENDENT
+    for (int k = 0; k < some; ++k) {
+      const float square = around.square[base + k];
+      all[k] = ccMin(all[k], square);
+      samples[k] = ccMin(samples[k], around.width[base + k] > 0.0f ? square : 1e30f);
+    }
+  }
+  return {*std::min_element(all, all + Around::kVector),
+          *std::min_element(samples, samples + Around::kVector)};
 }
 
 // Of a record with planes, 0 if it is too far from the surface.
 uint bendAt(CcVoxel record, const CcVoxel* planes, const float* center, Around& around) {
   const float zero[3] = {0, 0, 0};
   const float depth = ccVoxelDepth(record, planes, zero).depth;
-  if (depth > kDeep || depth < -kOutside || around.count == 0) return 0;
+  if (depth > kDeep || depth < -kOutside) return 0;
   const uint count = ccPlaneCount(record);
   for (uint k = 0; k < count; ++k)
     addHeights(count == 1 ? record : planes[record.b + k], center, k == 0, ccConcave(record),
                around);
   measureSquares(center, around);
-  return ccPackBend(greatest(around, kReach[0]) + kNoise, greatest(around, kReach[1]) + kNoise);
+  const Greatest rises = greatest(around, kReach[0], kReach[1]);
+  return ccPackBend(rises.near + kNoise, rises.far + kNoise);
 }
 
 bool isOutside(const CcVoxel& record) {
@@ -227,26 +253,23 @@ bool isOutside(const CcVoxel& record) {
 // The record of a voxel outside: the plane of the nearest sample, or nothing where no surface is
 // near.
 CcVoxel outsideAt(const float* center, Around& around) {
-  constexpr float kWithin = kReach[1] + kBeside;
   measureSquares(center, around);
-  int nearest = -1;
-  float least = kWithin * kWithin;
-  bool any = false;
-  for (int i = 0; i < around.count; ++i) {
-    any |= around.square[i] <= kWithin * kWithin;
-    const bool is =
-        around.square[i] <= least && (around.nx[i] != 0 || around.ny[i] != 0 || around.nz[i] != 0);
-    if (is) least = around.square[i], nearest = i;
-  }
-  if (!any) return {0, 0};
+  const Least least = leastSquares(around);
+  if (least.all > kWithin * kWithin) return {0, 0};
   CcVoxel record = {0, CC_NEAR_OUTSIDE};
-  if (nearest < 0) return record;
+  if (least.samples > kWithin * kWithin) return record;
+  const auto nearest =
+      std::find_if(around.width, around.width + around.count,
+                   [&](const float& width) {
+                     return width > 0 && around.square[&width - around.width] == least.samples;
+                   }) -
+      around.width;
   const V3f n(around.nx[nearest], around.ny[nearest], around.nz[nearest]);
   const V3f by =
       V3f(around.x[nearest], around.y[nearest], around.z[nearest]) - Eigen::Map<const V3f>(center);
   const CcVoxel plane = ccPackPlane(n.data(), n.dot(by));
   addHeights(plane, center, 1, 0, around);
-  ccPackOutside(plane, greatest(around, kWithin) + kNoise, &record);
+  ccPackOutside(plane, greatest(around, kWithin, kWithin).far + kNoise, &record);
   return record;
 }
 
@@ -254,15 +277,15 @@ CcVoxel outsideAt(const float* center, Around& around) {
 // voxel.
 void measureBrick(const Places& places, const CcVoxel* planes, const V3i& low, Around& around,
                   CcVoxel* to) {
-  for (int block = 0; block < 64; ++block) {
-    const V3i first = low + 2 * V3i(block & 3, block >> 2 & 3, block >> 4);
+  for (int block = 0; block < 8; ++block) {
+    const V3i first = low + 4 * V3i(block & 1, block >> 1 & 1, block >> 2);
     bool gathered = false;
-    for (int corner = 0; corner < 8; ++corner) {
-      const V3i at = first + V3i(corner & 1, corner >> 1 & 1, corner >> 2);
+    for (int k = 0; k < 64; ++k) {
+      const V3i at = first + V3i(k & 3, k >> 2 & 3, k >> 4);
       CcVoxel& record = to[cellIndex(at)];
       const bool outside = isOutside(record);
       if (!outside && ccPlaneCount(record) == 0) continue;
-      if (!gathered && !around.gather(places, first / 2)) break;
+      if (!gathered && !around.gather(places, first / 4)) break;
       gathered = true;
       const V3f center = at.cast<float>() + V3f::Constant(0.5f);
       if (outside)
