@@ -26,7 +26,7 @@ constexpr int kCells = 2;  // of two voxels, beside a block, hold the surface wi
 constexpr float kNoise = 0.04f;
 // [voxels] A coarse sample deeper than this is near in any case, and one farther outside is not.
 constexpr float kDeep = 1.5f, kOutside = 2.5f;
-constexpr int kMost = 4096;  // places around a block; with more, its records are not measured
+constexpr int kMost = 8192;  // places around a block; with more, its records are not measured
 
 // Places of the surface, by cells of two voxels: all samples, and beside edges what the records
 // tell beyond the samples. There the planes of a voxel go on to its borders, and another body's
