@@ -8,8 +8,8 @@
 //      several: index of the first in the list of planes, which are records of one plane each
 //   Bits 0-7 of b of one plane and of a of several: how far the surface rises above the planes
 //   nearby, ccBend().
-//   No plane, and bit 31 of a: the voxel is farther outside than depths are told. Normal and offset
-//   are those of a plane above which the surface nearby does not rise by more than the bend.
+//   No plane, and bit 31 of a: the voxel is outside the band, where no depth is stored. Normal and
+//   offset are of a plane; the surface nearby rises above it by the bend at most.
 #ifndef CLOUDCONTACT_KERNELS_FIELD_VOXEL_H
 #define CLOUDCONTACT_KERNELS_FIELD_VOXEL_H
 
