@@ -328,8 +328,12 @@ PlacedLevels SceneClouds::levels(const SceneGeometry& geometry, const Pose& pose
     FieldSettings how;
     how.threads = options_.threads;
     const Cloud matter = cloud(geometry, pose, body).cloud;
-    kept = store_->levels.get(keyOf(matter),
-                              [&] { return std::make_shared<const FieldLevels>(matter, how); });
+    const auto make = [cache = options_.cache](const Cloud& level, const FieldSettings& settings) {
+      const auto build = [&] { return SurfaceField::build(level, settings); };
+      return cache ? cache->field(level, build) : build();
+    };
+    kept = store_->levels.get(
+        keyOf(matter), [&] { return std::make_shared<const FieldLevels>(matter, how, make); });
   }
   return {kept, digital ? pose : Pose()};
 }

@@ -21,13 +21,16 @@ double toleranceOf(const CloudShape& cloud, double world) {
   return cloud.fidelity().tolerance > 0 ? cloud.fidelity().tolerance : world;
 }
 
-// Where the other body may be, in this one's frame; the whole of this one beside no cloud.
-Eigen::AlignedBox3d regionOf(const CloudShape* const clouds[2], const Pose poses[2], int side) {
+// Where what is near the other body may be, in this one's frame; the whole of this one beside no
+// cloud.
+Eigen::AlignedBox3d regionOf(const CloudShape* const clouds[2], const Pose poses[2], int side,
+                             double reach) {
   const CloudShape* const other = clouds[1 - side];
   if (!other) return clouds[side]->bounds();
   const Pose toThis = poses[side].inverse() * poses[1 - side];
   const Eigen::AlignedBox3d box = other->bounds();
-  const Vec3 half = toThis.orientation.toRotationMatrix().cwiseAbs() * (0.5 * box.sizes());
+  const Vec3 half = toThis.orientation.toRotationMatrix().cwiseAbs() * (0.5 * box.sizes()) +
+                    Vec3::Constant(reach);
   const Vec3 middle = toThis.toWorld(box.center());
   return {middle - half, middle + half};
 }
@@ -45,25 +48,29 @@ double togetherness(const ContactResult& contact) {
 
 }  // namespace
 
-LevelChoice PairLevels::choose(const CloudShape* const clouds[2], const Pose poses[2],
-                               double world) const {
+double PairLevels::tolerance(const CloudShape* const clouds[2], double world) {
+  double least = 0;
+  for (int side = 0; side < 2; ++side) {
+    const double own = clouds[side] ? toleranceOf(*clouds[side], world) : 0;
+    if (own > 0) least = least > 0 ? std::min(least, own) : own;
+  }
+  return least;
+}
+
+LevelChoice PairLevels::choose(const CloudShape* const clouds[2], const Pose poses[2], double world,
+                               double reach) const {
   LevelChoice choice;
-  for (int side = 0; side < 2; ++side)
-    if (clouds[side]) {
-      const double own = toleranceOf(*clouds[side], world);
-      if (own > 0) choice.tolerance = choice.tolerance > 0 ? std::min(choice.tolerance, own) : own;
-    }
-  if (!(choice.tolerance > 0)) return choice;
-  const double tolerance = choice.tolerance * sharpness();
+  choice.tolerance = tolerance(clouds, world);
+  const double most = 0.5 * choice.tolerance * sharpness();
   for (int side = 0; side < 2; ++side) {
     if (!clouds[side] || !(toleranceOf(*clouds[side], world) > 0)) continue;
     const FieldLevels& levels = clouds[side]->levels();
-    Eigen::AlignedBox3d region = regionOf(clouds, poses, side);
+    const Eigen::AlignedBox3d region = regionOf(clouds, poses, side, reach);
     int level = levels.count() - 1;
     for (; level > 0; --level) {
       if (levels.voxelSize(level) > cap_) continue;
       const Vec3 around = Vec3::Constant(levels.voxelSize(level));
-      const double share = 0.5 * tolerance * (known_ && level > last_.level[side] ? kBackShare : 1);
+      const double share = most * (known_ && level > last_.level[side] ? kBackShare : 1);
       const double error = levels.error(level, {region.min() - around, region.max() + around});
       if (error <= share) break;
     }
@@ -73,9 +80,10 @@ LevelChoice PairLevels::choose(const CloudShape* const clouds[2], const Pose pos
       ++level;
     choice.level[side] = level;
     choice.error += levels.error(level, region);
+    choice.anywhere += levels.error(level);
     choice.eased = std::max(choice.eased, level - within);
   }
-  if (choice.level[0] + choice.level[1] > 0) choice.samples = samples_;
+  if (choice.isCoarse()) choice.samples = samples_;
   return choice;
 }
 
@@ -96,7 +104,7 @@ void PairLevels::impatient() {
 
 bool PairLevels::refines(const LevelChoice& choice, const CloudShape* const clouds[2], double error,
                          const ContactResult& contact) {
-  if (contact.patches.empty() || choice.level[0] + choice.level[1] == 0) return false;
+  if (contact.patches.empty() || !choice.isCoarse()) return false;
   if (!tight_ && contact.patches.size() > 1 && togetherness(contact) < kHeld) {
     tight_ = true;
     loose_ = 0;

@@ -16,7 +16,9 @@ struct LevelChoice {
   int level[2] = {0, 0};
   std::size_t samples = 0;  // ContactSettings::samples; 0: the world's
   double error = 0;         // [m] of both surfaces, where the bodies' boxes overlap
+  double anywhere = 0;      // [m] of both surfaces; infinite if a part of one is not seen
   int eased = 0;            // levels coarser than the tolerance allows, for a budget
+  bool isCoarse() const { return level[0] + level[1] > 0; }
   bool operator==(const LevelChoice& other) const {
     return level[0] == other.level[0] && level[1] == other.level[1] && samples == other.samples;
   }
@@ -24,9 +26,13 @@ struct LevelChoice {
 
 class PairLevels {
  public:
-  // For the bodies where they are; null for one that is no cloud. `world`: the tolerance of shapes
-  // without one. Changes nothing, so a query read ahead in another thread is the same.
-  LevelChoice choose(const CloudShape* const clouds[2], const Pose poses[2], double world) const;
+  // [m] The smaller of both clouds'; 0: none, and nothing is to choose. Null for what is no cloud.
+  // `world`: of shapes without one.
+  static double tolerance(const CloudShape* const clouds[2], double world);
+  // For the bodies where they are. `reach` [m]: what is nearer than this counts before it touches.
+  // Changes nothing, so a query read ahead in another thread is the same.
+  LevelChoice choose(const CloudShape* const clouds[2], const Pose poses[2], double world,
+                     double reach) const;
   // Sets the fields of the two bodies.
   static void apply(const LevelChoice& choice, const CloudShape* const clouds[2],
                     ContactBody* const bodies[2]);

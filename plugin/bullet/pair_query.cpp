@@ -49,9 +49,23 @@ bool usesPaper(const CloudShape* const clouds[2]) {
 
 // Bodies nearer than this get points before they touch: a voxel, or how far fast ones move in a
 // step. A little more, so that a face at the end of that way is not half out of reach by rounding.
-double reachOf(const ContactBody& a, const ContactBody& b, double voxel, double step) {
+double reachOf(double speed, double voxel, double step) {
   constexpr double kBeyond = 0.02;  // [voxels]
-  return std::max(voxel, closingSpeed(a, b) * step + kBeyond * voxel);
+  return std::max(voxel, speed * step + kBeyond * voxel);
+}
+
+// At least closingSpeed(), which needs the fields that are yet to be chosen.
+double closingSpeedOf(const CloudShape* const clouds[2], const ContactBody* const bodies[2]) {
+  double speed = (bodies[0]->motion.linear - bodies[1]->motion.linear).norm();
+  for (int side = 0; side < 2; ++side) {
+    const Motion& motion = bodies[side]->motion;
+    const int seen = clouds[side] ? side : 1 - side;  // a plane has no end
+    const Eigen::AlignedBox3d box = clouds[seen]->bounds();
+    const Vec3 center = bodies[seen]->pose.toLocal(motion.center);
+    speed += motion.angular.norm() *
+             (box.max() - center).cwiseAbs().cwiseMax((box.min() - center).cwiseAbs()).norm();
+  }
+  return speed;
 }
 
 bool samePlace(const ContactBody& x, const ContactBody& y) {
@@ -134,8 +148,13 @@ void PairReader::chooseLevels(const CloudContactSettings& settings,
   const CloudShape* const clouds[2] = {cloudOf(a), cloudOf(b)};
   const Pose poses[2] = {query.a.pose, query.b.pose};
   ContactBody* const bodies[2] = {&query.a, &query.b};
-  query.levels = usesPaper(clouds) ? LevelChoice()
-                                   : levels_.choose(clouds, poses, settings.fidelity.tolerance);
+  const double world = settings.fidelity.tolerance;
+  query.levels = {};
+  if (PairLevels::tolerance(clouds, world) > 0 && !usesPaper(clouds)) {
+    const double speed = closingSpeedOf(clouds, bodies);
+    query.levels =
+        levels_.choose(clouds, poses, world, reachOf(speed, voxelOf(clouds), query.step));
+  }
   PairLevels::apply(query.levels, clouds, bodies);
   query.settings.samples = settings.samples;
   if (query.levels.samples > 0)
@@ -196,6 +215,7 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
                            const btCollisionObjectWrapper& b, double step, bool steps, double gap,
                            const Touch* touch) {
   PairQuery query;
+  query.step = steps ? step : 0;
   if (!setBodies(settings, a, b, gap, touch, query)) return query;
   const CloudShape* const clouds[2] = {cloudOf(a), cloudOf(b)};
   const double inverse =
@@ -218,7 +238,7 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
   else if (!shapesLevels_)
     shapesLevels_ = KeptLevels{query.levels, {query.lives[0], query.lives[1]}};
   if (steps) {
-    query.settings.margin = reachOf(query.a, query.b, query.voxel, step);
+    query.settings.margin = reachOf(closingSpeed(query.a, query.b), query.voxel, step);
     query.pull[0] = accelerationOf(*a.getCollisionObject());
     query.pull[1] = accelerationOf(*b.getCollisionObject());
   }

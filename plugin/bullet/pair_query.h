@@ -20,6 +20,7 @@ struct PairQuery {
   ContactBody a, b;
   ContactSettings settings;
   PairLaw law;
+  double step = 0;                              // [s] 0: no step asks, but a query of Bullet's
   LevelChoice levels;                           // of the fields
   double voxel = 0;                             // the smaller of the bodies' finest [m]
   Vec3 pull[2] = {Vec3::Zero(), Vec3::Zero()};  // on the bodies by forces that wait [m/s^2]

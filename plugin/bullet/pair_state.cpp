@@ -104,9 +104,9 @@ void PairState::keep(const PairStep& step) {
   if (!sameMatter(query, asked)) moved.drop();
   asked = query;
   moved.keep(query.a, query.b, query.settings, motion * query.voxel, query.voxel, step.contact);
-  // Searches that are beyond their tolerance ask for finer levels.
-  const double tolerance = query.levels.tolerance;
-  if (tolerance > 0 && levels.error() + moved.error(query.voxel) > tolerance) moved.drop();
+  // What may ask for finer voxels is searched again.
+  if (query.levels.isCoarse() && levels.error() + moved.error(query.voxel) > query.levels.tolerance)
+    moved.drop();
 }
 
 bool PairState::clearAfter(const PairStep& step, const PairSides& sides) const {
@@ -165,7 +165,7 @@ void PairState::aim(PairStep& step, const btCollisionObjectWrapper& a,
                     const btCollisionObjectWrapper& b) {
   const PairQuery& query = step.query;
   step.turn.reset();
-  if (turned && !step.touch && !query.wrong && !query.byShapes && !(query.levels.tolerance > 0) &&
+  if (turned && !step.touch && !query.wrong && !query.byShapes &&
       goesOnTurning(step.ahead(), query, turns, a, b))
     step.turn = turnOn(step.ahead(), step.query, step.touch);
 }
@@ -295,7 +295,7 @@ void PairState::count(const PairStep& step, const PairSides& sides, double secon
   const Answer how = step.how;
   LevelCount used;
   if (how != Answer::Shapes && query.levels.tolerance > 0)
-    used = {query.levels.level[0] + query.levels.level[1] > 0, query.levels.eased > 0,
+    used = {query.levels.isCoarse(), query.levels.eased > 0,
             how == Answer::Moved ? 0 : levels.refined()};
   narrowPhase.count(seconds, contact.samples, contact.points.size(), how, used);
   setName(*sides.wrapA, *sides.wrapB);

@@ -4,6 +4,7 @@
 #include <cloudcontact/bullet/cloud_shape.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "bullet/box_gap.h"
 #include "bullet/convert.h"
@@ -21,13 +22,14 @@ constexpr double kSeen = 3.6;
 
 void StayingApart::keep(const PairQuery& query, bool clear) {
   voxel_ = clear ? query.voxel : 0;
-  // Shapes of triangles are only what is near, and levels change with the gap.
-  if (!clear || !query.a.field || !query.b.field || query.levels.tolerance > 0) return gap_.drop();
+  // Shapes of triangles are only what is near, and a level may not see all of its body.
+  const double unseen = query.levels.anywhere;
+  if (!clear || !query.a.field || !query.b.field || !std::isfinite(unseen)) return gap_.drop();
   if (query.lives[0] != lives_[0] || query.lives[1] != lives_[1]) gap_.drop();
   std::copy_n(query.lives, 2, lives_);
   const double voxel =
       std::max(query.a.field->cloud().voxelSize(), query.b.field->cloud().voxelSize());
-  gap_.keep(query.a, query.b, kSeen * voxel);
+  gap_.keep(query.a, query.b, kSeen * voxel + unseen);
 }
 
 bool StayingApart::holds(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,

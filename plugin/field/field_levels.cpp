@@ -4,9 +4,9 @@
 
 #include <atomic>
 #include <cmath>
-#include <functional>
 #include <mutex>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "base/grid_index.h"
@@ -49,10 +49,6 @@ int countOf(const Eigen::AlignedBox3d& bounds, double voxel) {
   return count;
 }
 
-// [voxels] A level that is worse somewhere is of use for other parts of the body at most: its field
-// is built again if one of these asks.
-constexpr double kPoor = 0.125;
-
 struct Level {
   std::once_flag building, measuring;
   std::shared_ptr<const SurfaceField> field;
@@ -66,36 +62,33 @@ struct FieldLevels::State {
   Cloud cloud;
   Eigen::AlignedBox3d bounds;
   FieldSettings settings;
+  Make make;
   std::shared_ptr<const FieldLevels> of;  // or null
   double factor = 1;                      // of `of`
   std::vector<Level> levels;
 
-  State(const Cloud& finest, const FieldSettings& how)
+  State(const Cloud& finest, const FieldSettings& how, Make makes)
       : cloud(finest),
         bounds(boundsOf(finest)),
         settings(how),
+        make(makes ? std::move(makes) : SurfaceField::build),
         levels(static_cast<std::size_t>(countOf(bounds, cloud.voxelSize()))) {}
 
   Level& at(int level) { return levels.at(static_cast<std::size_t>(level)); }
-  void keep(Level& one, const std::function<std::shared_ptr<const SurfaceField>()>& make) {
-    std::call_once(one.building, [&] {
-      one.field = make();
-      one.isBuilt = true;
-    });
-  }
   const std::shared_ptr<const SurfaceField>& field(int level) {
     Level& one = at(level);
-    keep(one, [&] { return build(level); });
+    std::call_once(one.building, [&] {
+      one.field = build(level);
+      one.isBuilt = true;
+    });
     return one.field;
   }
   const LevelError& error(int level) {
     Level& one = at(level);
     std::call_once(one.measuring, [&] {
       if (level == 0) return;
-      const auto made = one.isBuilt ? one.field : build(level);
+      const auto& made = field(level);
       one.error = made ? LevelError(*made, cloud) : LevelError::unseen();
-      if (made && one.error.most() <= kPoor * made->cloud().voxelSize())
-        keep(one, [&] { return made; });
     });
     return one.error;
   }
@@ -105,29 +98,30 @@ struct FieldLevels::State {
       const auto& field = of->field(level);
       return field ? scaled(*field, factor) : nullptr;
     }
-    if (level == 0) return SurfaceField::build(cloud, settings);
+    if (level == 0) return make(cloud, settings);
     FieldSettings how = settings;
     how.renewable = false;
     how.edgeSearches.reset();
     try {
-      return SurfaceField::build(coarserCloud(cloud, level), how);
+      return make(coarserCloud(cloud, level), how);
     } catch (const std::invalid_argument&) {
       return nullptr;
     }
   }
 };
 
-FieldLevels::FieldLevels(const Cloud& finest, const FieldSettings& settings)
-    : state_(std::make_unique<State>(finest, settings)) {}
+FieldLevels::FieldLevels(const Cloud& finest, const FieldSettings& settings, Make make)
+    : state_(std::make_unique<State>(finest, settings, std::move(make))) {}
 
 FieldLevels::FieldLevels(std::shared_ptr<const SurfaceField> finest, const FieldSettings& settings)
-    : state_(std::make_unique<State>(finest ? finest->cloud() : Cloud(), settings)) {
-  state_->keep(state_->at(0), [&] { return finest; });
+    : state_(std::make_unique<State>(finest ? finest->cloud() : Cloud(), settings, Make())) {
+  Level& own = state_->at(0);
+  std::call_once(own.building, [&] { own.field = std::move(finest), own.isBuilt = true; });
 }
 
 FieldLevels::FieldLevels(std::shared_ptr<const FieldLevels> of, double factor)
     : state_(std::make_unique<State>(of ? of->cloud().scaled(factor) : Cloud(),
-                                     of ? of->state_->settings : FieldSettings())) {
+                                     of ? of->state_->settings : FieldSettings(), Make())) {
   state_->factor = factor;
   state_->of = std::move(of);
 }

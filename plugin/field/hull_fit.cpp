@@ -253,17 +253,4 @@ std::vector<PlacedSolid> fittedHulls(const std::vector<ShapePoint>& surface) {
   return hulls;
 }
 
-double volumeOf(const Hull& hull) {
-  double volume = 0;
-  for (const HalfSpace& plane : hull.planes) {
-    const Feature face = featureOf(hull, plane.normal);
-    Vec3 twice = Vec3::Zero();
-    for (int i = 0; i < face.count; ++i)
-      twice += face.corners[static_cast<std::size_t>(i)].cross(
-          face.corners[static_cast<std::size_t>((i + 1) % face.count)]);
-    volume += plane.offset * twice.dot(plane.normal) / 6;
-  }
-  return volume;
-}
-
 }  // namespace cloudcontact

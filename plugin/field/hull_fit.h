@@ -12,7 +12,4 @@ namespace cloudcontact {
 // corners and edges this says nothing: whoever asks compares them.
 std::vector<PlacedSolid> fittedHulls(const std::vector<ShapePoint>& surface);
 
-// Of a hull that is simple (isSimple).
-double volumeOf(const Hull& hull);
-
 }  // namespace cloudcontact

@@ -1,7 +1,9 @@
 // Shapes are fitted to some of the samples, and checked at all of them.
 //
-// Every sample must lie on the shape. As the cloud's surface is closed, the cloud then fills the
-// shape but for a skin, or it is a skin itself, which its volume tells.
+// Every sample must lie on the shape, to an error. What is deeper in the shape than that, its core,
+// is convex, and no surface of the cloud crosses it: it is all matter or all empty, which one place
+// tells. So a hollow body is no shape; nor is one with a hole, whose walls lie as deep as the shape
+// is thick, so that it leaves no core: a link of a chain once became a box.
 //
 // Beside edges and tips samples are up to 0.4 voxel off, which says more about the field than about
 // the body. There the coverage is compared, which is exact: an edge that is blunt by e lacks e^2 of
@@ -25,6 +27,7 @@ constexpr std::size_t kFitted = 3000;  // samples; more change the fit by less t
 constexpr double kEdgeStep = 0.4;      // [voxels] between the points of an edge that are asked
 constexpr int kParts = 8;              // of a voxel, along each axis, to find how full it is
 constexpr double kFar = 0.4;           // [voxels] beyond the tolerance no sample is, even at edges
+constexpr double kCore = 1;            // [voxels] samples of a hole's wall are as far apart
 constexpr double kPi = std::numbers::pi;
 
 // Lengths in voxels, as the grid's.
@@ -156,22 +159,11 @@ double errorOf(const SurfaceField& field, const PlacedSolid& shape, double enoug
   return faces > enough ? faces : std::max(faces, edgesOff(field.cloud(), shape, atEdges));
 }
 
-double volumeOf(const Solid& solid) {
-  if (const auto* ball = std::get_if<Sphere>(&solid))
-    return 4 * kPi / 3 * std::pow(ball->radius, 3);
-  if (const auto* box = std::get_if<Box>(&solid)) return 8 * box->halfExtents.prod();
-  if (const auto* c = std::get_if<Cylinder>(&solid))
-    return kPi * c->radius * c->radius * 2 * c->halfHeight;
-  if (const auto* c = std::get_if<Capsule>(&solid))
-    return kPi * c->radius * c->radius * (2 * c->halfHeight + 4 * c->radius / 3);
-  if (const auto* hull = std::get_if<Hull>(&solid)) return volumeOf(*hull);
-  const auto& cone = std::get<Cone>(solid);
-  return kPi * cone.radius * cone.radius * 2 * cone.halfHeight / 3;
-}
-
-// A skin of less than half the volume is no solid body.
-bool isFilled(const Solid& solid, double volume) {
-  return volume > 0.5 * volumeOf(solid);
+// Whether the cloud fills the shape but for a skin of `error` [voxels].
+bool fills(const Cloud& cloud, const PlacedSolid& shape, double error) {
+  const Vec3& middle = shape.place.position;
+  const Voxel v = voxelAt(middle);
+  return depthOf(shape, middle) > error + kCore && cloud.coverage(v[0], v[1], v[2]) == 255;
 }
 
 Solid scaled(Solid solid, double by) {
@@ -201,13 +193,13 @@ std::optional<RecognizedShape> recognizedShape(const SurfaceField& field, double
         "recognizedShape: the tolerance must be at least 0 and finite, in meters");
   const Cloud& cloud = field.cloud();
   const double voxel = cloud.voxelSize(), within = tolerance / voxel;
-  const double volume = cloud.massProperties().volume / std::pow(voxel, 3);
   const std::vector<ShapePoint> pieces = piecesOf(field);
   std::optional<RecognizedShape> best;
   const auto offer = [&](const PlacedSolid& shape) {
-    if (isFar(shape, pieces, within) || !isFilled(shape.solid, volume)) return;
+    if (isFar(shape, pieces, within)) return;
     const double off = errorOf(field, shape, within);
-    if (!(off <= within) || (best && off * voxel >= best->error)) return;
+    if (!(off <= within) || !fills(cloud, shape, off)) return;
+    if (best && off * voxel >= best->error) return;
     best.emplace();
     best->error = off * voxel;
     best->placed.solid = scaled(shape.solid, voxel);

@@ -191,6 +191,81 @@ TEST(Levels, ARestingPairDoesNotFlip) {
   EXPECT_LT(double(scene.egg->getLinearVelocity().length()), 2e-3);
 }
 
+// Pairs of a heap by any number of threads, with a budget that does not suffice.
+struct Heap {
+  Heap(int threads, double budget, double tolerance = 0.05e-3)
+      : clouds(settingsOf(tolerance, budget)), dispatcher(&configuration, threads) {
+    clouds.attach(dispatcher);
+    recommendedSettings(world);
+    world.setGravity({0, 0, btScalar(-9.81)});
+    add(std::make_shared<btStaticPlaneShape>(btVector3(0, 0, 1), 0), 0, at({0, 0, 0}));
+    auto levels = levelsOf(eggMesh());
+    for (int i = 0; i < 12; ++i)
+      add(std::make_shared<CloudShape>(levels), 0.02 * (1 + i % 3),
+          at({btScalar(0.02 * (i % 2)), btScalar(0.03 * (i / 2 % 2)),
+              btScalar(0.012 + 0.026 * (i / 4))},
+             btQuaternion({0, 0, 1}, btScalar(0.7 * i))));
+  }
+  ~Heap() {
+    for (auto& body : bodies) world.removeRigidBody(body.get());
+  }
+  static CloudContactSettings settingsOf(double tolerance, double budget) {
+    CloudContactSettings settings = keepingReports();
+    settings.fidelity = {tolerance, budget};
+    return settings;
+  }
+  void add(std::shared_ptr<btCollisionShape> shape, double mass, const btTransform& place) {
+    btVector3 inertia(0, 0, 0);
+    if (mass > 0) shape->calculateLocalInertia(btScalar(mass), inertia);
+    btRigidBody::btRigidBodyConstructionInfo info(btScalar(mass), nullptr, shape.get(), inertia);
+    info.m_startWorldTransform = place;
+    shapes.push_back(std::move(shape));
+    bodies.push_back(std::make_unique<btRigidBody>(info));
+    bodies.back()->setActivationState(DISABLE_DEACTIVATION);
+    world.addRigidBody(bodies.back().get());
+  }
+  std::uint64_t run(int steps) {
+    Fnv1a sum;
+    for (int i = 0; i < steps; ++i) {
+      world.stepSimulation(btScalar(kStep), 0);
+      for (const auto& body : bodies)
+        for (const btVector3& v : {body->getWorldTransform().getOrigin(), body->getLinearVelocity(),
+                                   body->getAngularVelocity()})
+          for (int k = 0; k < 3; ++k) sum.add(&v[k], sizeof v[k]);
+    }
+    return sum.value();
+  }
+  CloudContact clouds;
+  btDefaultCollisionConfiguration configuration;
+  CloudDispatcher dispatcher;
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  btDiscreteDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
+  std::vector<std::shared_ptr<btCollisionShape>> shapes;
+  std::vector<std::unique_ptr<btRigidBody>> bodies;
+};
+
+// What no coarser voxels hold costs and does the same as without a tolerance: contacts move with
+// their bodies, and what stays apart is not asked again.
+TEST(Levels, AToleranceThatNoLevelHoldsChangesNothing) {
+  Scene plain(0), fine(1e-9);
+  EXPECT_TRUE(fine.levels->isBuilt(0)) << "before the first step";
+  for (Scene* scene : {&plain, &fine}) scene->run(1);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_EQ(plain.egg->getWorldTransform().getOrigin()[k],
+              fine.egg->getWorldTransform().getOrigin()[k]);
+    EXPECT_EQ(plain.egg->getAngularVelocity()[k], fine.egg->getAngularVelocity()[k]);
+  }
+  const PairReport one = plain.clouds.pairs().at(0), same = fine.clouds.pairs().at(0);
+  EXPECT_EQ(one.searched, same.searched);
+  EXPECT_EQ(one.moved, same.moved);
+  EXPECT_GT(same.moved, 0u);
+  EXPECT_EQ(same.coarser, 0u);
+  Heap free(1, 0, 0), tight(1, 0, 1e-9);
+  EXPECT_EQ(free.run(120), tight.run(120));
+  EXPECT_LT(double(tight.clouds.statistics().pairs), 1.05 * double(free.clouds.statistics().pairs));
+}
+
 // The nut's thread asks for the finest voxels; a ball on the bolt's end does not.
 TEST(Levels, AThreadIsFineAndABallOnItIsNot) {
   const Thread thread{8e-3, 2e-3, 1.1e-3};
@@ -239,60 +314,6 @@ TEST(Levels, ATightFitIsSearchedFiner) {
   EXPECT_GT(speeds[0], 0.8 * 9.81 * 0.1);
   EXPECT_GT(speeds[1], 0.8 * 9.81 * 0.1);
 }
-
-// Pairs of a heap by any number of threads, with a budget that does not suffice.
-struct Heap {
-  Heap(int threads, double budget)
-      : clouds(settingsOf(budget)), dispatcher(&configuration, threads) {
-    clouds.attach(dispatcher);
-    recommendedSettings(world);
-    world.setGravity({0, 0, btScalar(-9.81)});
-    add(std::make_shared<btStaticPlaneShape>(btVector3(0, 0, 1), 0), 0, at({0, 0, 0}));
-    auto levels = levelsOf(eggMesh());
-    for (int i = 0; i < 12; ++i)
-      add(std::make_shared<CloudShape>(levels), 0.02 * (1 + i % 3),
-          at({btScalar(0.02 * (i % 2)), btScalar(0.03 * (i / 2 % 2)),
-              btScalar(0.012 + 0.026 * (i / 4))},
-             btQuaternion({0, 0, 1}, btScalar(0.7 * i))));
-  }
-  ~Heap() {
-    for (auto& body : bodies) world.removeRigidBody(body.get());
-  }
-  static CloudContactSettings settingsOf(double budget) {
-    CloudContactSettings settings = keepingReports();
-    settings.fidelity = {0.05e-3, budget};
-    return settings;
-  }
-  void add(std::shared_ptr<btCollisionShape> shape, double mass, const btTransform& place) {
-    btVector3 inertia(0, 0, 0);
-    if (mass > 0) shape->calculateLocalInertia(btScalar(mass), inertia);
-    btRigidBody::btRigidBodyConstructionInfo info(btScalar(mass), nullptr, shape.get(), inertia);
-    info.m_startWorldTransform = place;
-    shapes.push_back(std::move(shape));
-    bodies.push_back(std::make_unique<btRigidBody>(info));
-    bodies.back()->setActivationState(DISABLE_DEACTIVATION);
-    world.addRigidBody(bodies.back().get());
-  }
-  std::uint64_t run(int steps) {
-    Fnv1a sum;
-    for (int i = 0; i < steps; ++i) {
-      world.stepSimulation(btScalar(kStep), 0);
-      for (const auto& body : bodies)
-        for (const btVector3& v : {body->getWorldTransform().getOrigin(), body->getLinearVelocity(),
-                                   body->getAngularVelocity()})
-          for (int k = 0; k < 3; ++k) sum.add(&v[k], sizeof v[k]);
-    }
-    return sum.value();
-  }
-  CloudContact clouds;
-  btDefaultCollisionConfiguration configuration;
-  CloudDispatcher dispatcher;
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
-  std::vector<std::shared_ptr<btCollisionShape>> shapes;
-  std::vector<std::unique_ptr<btRigidBody>> bodies;
-};
 
 TEST(Levels, OutcomeDoesNotDependOnThreads) {
   for (const double budget : {0.0, 100e-6}) {

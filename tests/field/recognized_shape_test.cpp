@@ -191,6 +191,34 @@ INSTANTIATE_TEST_SUITE_P(Bodies, RefusedBody, ::testing::ValuesIn(kRefused),
                            return name;
                          });
 
+// A hole stays one however much a user can bear: its walls are as deep as the body is thick. Once a
+// flat link of a chain became a box within three quarters of its wire's radius, and its neighbors
+// were thrown out of the hole.
+TEST(RecognizedShape, AHoleIsNeverFilled) {
+  const std::function<double(const Vec3&)> bodies[] = {
+      [](const Vec3& x) {
+        return std::min(in(kRod, x), -in(Cylinder{5, 20}, x));
+      },
+      [](const Vec3& x) {
+        return std::min(in(test::prismHull(6, 12, 6), x), -in(Cylinder{5, 20}, x));
+      },
+      [](const Vec3& x) { return std::min(in(kBall, x), -in(Sphere{8}, x)); },
+      [](const Vec3& x) {  // a ring of wire
+        const Vec3 p = kPlace.toLocal(x);
+        return 4 - std::hypot(std::hypot(p.x(), p.y()) - 12, p.z());
+      },
+      [](const Vec3& x) {  // a long one
+        const Vec3 p = kPlace.toLocal(x);
+        const double along = p.x() - std::clamp(p.x(), -5.0, 5.0);
+        return 3.5 - std::hypot(std::hypot(along, p.y()) - 9, p.z());
+      }};
+  for (const auto& depth : bodies) {
+    const auto field = bodyOf(depth);
+    for (const double tolerance : {0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 10.0, 20.0})
+      EXPECT_FALSE(recognizedShape(*field, 1e-3 * tolerance)) << tolerance;
+  }
+}
+
 TEST(RecognizedShape, ErrorIsThatOfTheBody) {
   // A ball whose radius varies by 0.25 voxel, and a box with an edge that lacks 0.5 voxel.
   const auto oval = bodyOf([](const Vec3& x) {

@@ -6,6 +6,7 @@
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/voxels/cloud.h>
 
+#include <functional>
 #include <memory>
 
 namespace cloudcontact {
@@ -14,9 +15,14 @@ namespace cloudcontact {
 // alone, not on who asks first.
 class FieldLevels {
  public:
+  // How a level's field is made of its cloud, as SurfaceField::build() does. One that keeps fields
+  // in files, or shares them, may give one that it has.
+  using Make =
+      std::function<std::shared_ptr<const SurfaceField>(const Cloud&, const FieldSettings&)>;
+
   // Builds nothing yet. `settings`: of all fields; those of level 0 alone can be renewed. Throws
   // std::invalid_argument if the cloud is empty.
-  explicit FieldLevels(const Cloud& finest, const FieldSettings& settings = {});
+  explicit FieldLevels(const Cloud& finest, const FieldSettings& settings = {}, Make make = {});
   // Level 0 is this field. Throws std::invalid_argument if it is null.
   explicit FieldLevels(std::shared_ptr<const SurfaceField> finest,
                        const FieldSettings& settings = {});
@@ -42,8 +48,8 @@ class FieldLevels {
   // [m] How far the level's surface is from the finest voxels': the largest root mean square over
   // one of the level's voxels, in the whole body or in those bricks that `region` (body's frame
   // [m]) touches. By coverage, so at edges it states up to a third of a finest voxel too much.
-  // Keeps the field for field() if it is right to an eighth of its voxels everywhere.
   // Infinite where the level does not see a surface (a thin wall, a narrow slot). 0 for level 0.
+  // Builds the level's field.
   double error(int level) const;
   double error(int level, const Eigen::AlignedBox3d& region) const;
   // The coarsest level whose error is at most `tolerance` [m]. Builds no finer ones than that.
