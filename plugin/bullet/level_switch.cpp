@@ -15,14 +15,20 @@ constexpr int kMostRepeats = 20;  // both bodies' levels, and a tight fit
 
 }  // namespace
 
-// With the levels of the last step, where the bodies are now.
-double LevelSwitch::depthBefore(const Pair& pair, const PairQuery& query) const {
-  const CloudShape* const clouds[2] = {cloudOf(pair.a), cloudOf(pair.b)};
-  PairQuery before = query;
-  ContactBody* const bodies[2] = {&before.a, &before.b};
-  PairLevels::apply(pair.reader.levels().last(), clouds, bodies);
-  ContactFinder finder;
-  return depthOf(finder.find(before.a, before.b, before.settings));
+LevelSwitch::Deepest LevelSwitch::deepestOf(const PairQuery& query, const ContactResult& found) {
+  Deepest deepest;
+  for (const ContactPoint& point : found.points)
+    if (point.depth > deepest.depth)
+      deepest = {point.depth, query.a.pose.toLocal(point.position),
+                 query.b.pose.toLocal(point.position), point.normal};
+  return deepest;
+}
+
+// What the last step's contact has become, moved with the bodies to first order.
+double LevelSwitch::movedDepth(const PairQuery& query) const {
+  if (!(last_.depth > 0)) return 0;
+  const Vec3 way = query.a.pose.toWorld(last_.inA) - query.b.pose.toWorld(last_.inB);
+  return std::max(0.0, last_.depth + last_.normal.dot(way));
 }
 
 void LevelSwitch::jump(double by, double most, double step) {
@@ -39,9 +45,6 @@ void LevelSwitch::settle(const Pair& pair, PairQuery& query, double step, Contac
   const CloudShape* const clouds[2] = {cloudOf(pair.a), cloudOf(pair.b)};
   PairLevels& levels = pair.reader.levels();
   const PairLevels kept = levels;
-  double before = 0;
-  bool switched = levels.differs(query.levels);
-  if (step > 0) before = switched ? depthBefore(pair, query) : depthOf(found);
   error_ = depthError(query.a, query.b, found);
   for (int k = 0; k < kMostRepeats && levels.refines(query.levels, clouds, error_, found); ++k) {
     const LevelChoice last = query.levels;
@@ -55,9 +58,9 @@ void LevelSwitch::settle(const Pair& pair, PairQuery& query, double step, Contac
     levels = kept;
     return;
   }
-  switched = levels.differs(query.levels);
-  jump(switched ? std::max(0.0, before) - std::max(0.0, depthOf(found)) : 0, query.levels.tolerance,
-       step);
+  const double now = std::max(0.0, depthOf(found));
+  jump(levels.differs(query.levels) ? movedDepth(query) - now : 0, query.levels.tolerance, step);
+  last_ = deepestOf(query, found);
   levels.learn(query.levels, error_, found);
 }
 

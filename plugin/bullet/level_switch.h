@@ -34,16 +34,23 @@ class LevelSwitch {
   // For files (base/byte_archive.h).
   template <typename Archive>
   void keepIn(Archive& archive) {
-    archive(error_, offset_, left_);
+    archive(error_, offset_, left_, last_.depth, last_.inA, last_.inB, last_.normal);
   }
 
  private:
-  double depthBefore(const Pair& pair, const PairQuery& query) const;
+  // The last contact's deepest point, as both bodies carry it along.
+  struct Deepest {
+    double depth = 0;  // [m] 0: no contact
+    Vec3 inA = Vec3::Zero(), inB = Vec3::Zero(), normal = Vec3::Zero();
+  };
+  static Deepest deepestOf(const PairQuery& query, const ContactResult& found);
+  double movedDepth(const PairQuery& query) const;
   void jump(double by, double most, double step);
 
   double error_ = 0;
   std::size_t refined_ = 0;
   double offset_ = 0, left_ = 0;  // [m], and how long it lasts [s]
+  Deepest last_;
 };
 
 }  // namespace cloudcontact
