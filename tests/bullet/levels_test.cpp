@@ -4,8 +4,10 @@
 #include <cloudcontact/bullet/query.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "base/hash.h"
@@ -180,6 +182,25 @@ TEST(Levels, ASwitchKeepsRestAndFeedsNoEnergyIn) {
   EXPECT_LT(most, 0.02 * 9.81 * tolerance) << "no more than its weight over the tolerance";
   EXPECT_LT(fastest, tolerance / 0.1) << "it moves to its new place slowly";
   EXPECT_LT(double(scene.egg->getLinearVelocity().length()), 1e-3) << "it rocks, undamped";
+}
+
+// What a body weighs stays what its contact bears while its levels change, both ways.
+TEST(Levels, ASwitchKeepsTheForce) {
+  for (const auto& [from, to] : {std::pair(0.4e-3, 0.08e-3), std::pair(0.08e-3, 0.4e-3)}) {
+    Scene scene(from);
+    scene.run(3);
+    for (CloudShape* one : {scene.shape, scene.slab}) one->setFidelity({to});
+    double least = 1e9, most = 0;
+    for (int i = 0; i < 3; ++i) {
+      scene.step(kStep);
+      double impulse = 0;
+      for (const btManifoldPoint& point : scene.points()) impulse += double(point.m_appliedImpulse);
+      least = std::min(least, impulse / (0.02 * 9.81 * kStep));
+      most = std::max(most, impulse / (0.02 * 9.81 * kStep));
+    }
+    EXPECT_GT(least, 0.98);
+    EXPECT_LT(most, 1.03);
+  }
 }
 
 TEST(Levels, ARestingPairDoesNotFlip) {
