@@ -217,8 +217,8 @@ void noteUnmeasured(const World& world) {
   if (names.empty()) return;
   std::cerr << "cloudcontact: penetration leaves out " << names.size()
             << (names.size() == 1 ? " body" : " bodies")
-            << " without a mesh, or that can be cut or deform ('" << names[0].get<std::string>()
-            << "')\n";
+            << " without a mesh or an inside, or that can be cut or deform ('"
+            << names[0].get<std::string>() << "')\n";
 }
 
 // Whether the device that --backend asks for did anything.

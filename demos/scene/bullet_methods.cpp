@@ -3,6 +3,7 @@
 
 #include <cloudcontact/mesh/mesh_repair.h>
 
+#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <HACD/hacdHACD.h>
@@ -181,6 +182,13 @@ BulletShape gimpactShape(const Mesh& mesh) {
   auto shape = std::make_shared<btGImpactMeshShape>(&triangles->array);
   shape->setMargin(marginOf(mesh));
   shape->updateBound();
+  return {{triangles}, shape};
+}
+
+BulletShape trianglesShape(const Mesh& mesh) {
+  auto triangles = std::make_shared<IndexedTriangles>(mesh);
+  auto shape = std::make_shared<btBvhTriangleMeshShape>(&triangles->array, true);
+  shape->setMargin(0);
   return {{triangles}, shape};
 }
 

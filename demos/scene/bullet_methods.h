@@ -24,6 +24,8 @@ struct BulletShape {
 BulletShape hullShape(const Mesh& mesh);
 // The triangles as a GImpact shape.
 BulletShape gimpactShape(const Mesh& mesh);
+// The triangles of a body that stands still.
+BulletShape trianglesShape(const Mesh& mesh);
 // Convex parts of a coarsened mesh by HACD; takes up to a minute. `concavity` is the allowed
 // distance between a part and the mesh, as a share of the diagonal: smaller values give more parts.
 struct ConvexParts {

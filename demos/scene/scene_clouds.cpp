@@ -171,7 +171,9 @@ SceneClouds::SceneClouds(const CommonOptions& options, double voxel,
 
 bool SceneClouds::meetsAsShape(const SceneCollision& collision, const SceneBody& body) {
   if (isPlane(collision.geometry)) return true;
-  if (!body.isStatic || isMesh(collision.geometry)) return false;
+  if (!body.isStatic) return false;
+  if (isMesh(collision.geometry) && (options_.shell || !isOpenMesh(collision.geometry, body.name)))
+    return false;
   const bool needsVoxels = traits_.deforms || collision.isCuttable || collision.cutter ||
                            options_.method == Method::Paper || collision.paper.isGiven() ||
                            collision.tolerance == 0.0;
@@ -198,6 +200,27 @@ bool SceneClouds::isDigital(const SceneGeometry& geometry, const std::string& bo
   return known && !known->mesh;
 }
 
+const SceneClouds::Mended& SceneClouds::mendedMesh(const SceneGeometry& geometry,
+                                                   const std::string& body) {
+  Mended& kept = mended_[keyOf(geometry)];
+  if (!kept.mesh)
+    naming(body, [&] {
+      const auto& named = std::get<SceneMesh>(geometry);
+      const Mesh mesh = named.mesh ? *named.mesh : *file(geometry, body)->mesh;
+      kept.mesh = std::make_shared<const Mesh>(mended(mesh.scaled(named.scale), 0, &kept.isSheet));
+    });
+  return kept;
+}
+
+bool SceneClouds::isOpenMesh(const SceneGeometry& geometry, const std::string& body) {
+  return isMesh(geometry) && !isDigital(geometry, body) && mendedMesh(geometry, body).isSheet;
+}
+
+std::shared_ptr<const Mesh> SceneClouds::triangles(const SceneGeometry& geometry,
+                                                   const std::string& body) {
+  return mendedMesh(geometry, body).mesh;
+}
+
 std::shared_ptr<const Mesh> SceneClouds::mesh(const SceneGeometry& geometry,
                                               const std::string& body) {
   auto& kept = meshes_[keyOf(geometry)];
@@ -206,17 +229,13 @@ std::shared_ptr<const Mesh> SceneClouds::mesh(const SceneGeometry& geometry,
            if (!isMesh(geometry))
              return std::make_shared<const Mesh>(
                  primitiveMesh(analytic(geometry), kMeshTolerance * voxel_));
-           const auto& named = std::get<SceneMesh>(geometry);
-           Mesh mesh = named.mesh ? *named.mesh : *file(geometry, body)->mesh;
-           bool sheet = false;
-           mesh = mended(mesh.scaled(named.scale), 0, &sheet);
-           if (sheet) {
-             const double thickness = options_.shell.value_or(3 * voxel_);
-             std::cerr << "cloudcontact: " << named.file.string() << " has no inside; made a shell "
-                       << thickness << " m thick behind its faces (--shell)\n";
-             mesh = shell(mesh, thickness);
-           }
-           return std::make_shared<const Mesh>(std::move(mesh));
+           const Mended& mended = mendedMesh(geometry, body);
+           if (!mended.isSheet) return mended.mesh;
+           const double thickness = options_.shell.value_or(3 * voxel_);
+           std::cerr << "cloudcontact: " << std::get<SceneMesh>(geometry).file.string()
+                     << " has no inside; made a shell " << thickness
+                     << " m thick behind its faces (--shell)\n";
+           return std::make_shared<const Mesh>(shell(*mended.mesh, thickness));
          });
 }
 
@@ -339,8 +358,8 @@ PlacedLevels SceneClouds::levels(const SceneGeometry& geometry, const Pose& pose
 }
 
 TissueTable SceneClouds::tissues(const SceneCollision& collision, const std::string& body) {
-  std::vector<std::string> parts;  // a primitive is one
-  if (isMesh(collision.geometry))
+  std::vector<std::string> parts;  // a primitive is one, and so is a sheet
+  if (isMesh(collision.geometry) && !isOpenMesh(collision.geometry, body))
     parts = cloud(collision.geometry, collision.pose, body).cloud.materials();
   if (collision.tissues.empty()) return tissues_.of(body, parts);
   if (!table_) table_ = tableOf(options_.tissues, "dental");

@@ -53,10 +53,12 @@ class SceneClouds {
               const SceneTraits& traits);
 
   // Whether clouds meet the collision as the exact shape that it was given as, so that contacts
-  // need no voxels of it: a plane, or a primitive of a static body. But voxels alone cut, are cut,
-  // are of a tissue, have base vectors or meet bodies that deform, and a tolerance of 0 asks for
-  // them.
+  // need no voxels of it: a plane, or a static body's primitive, or its mesh if that is a sheet and
+  // no thickness is stated (--shell). But voxels alone cut, are cut, are of a tissue, have base
+  // vectors or meet bodies that deform, and a tolerance of 0 asks for them.
   bool meetsAsShape(const SceneCollision& collision, const SceneBody& body);
+  // A mesh as it is, mended.
+  std::shared_ptr<const Mesh> triangles(const SceneGeometry& geometry, const std::string& body);
 
   // Points, voxels, a volume or another digital object: there is no mesh.
   bool isDigital(const SceneGeometry& geometry, const std::string& body);
@@ -80,7 +82,13 @@ class SceneClouds {
   const SceneTraits& traits() const { return traits_; }
 
  private:
+  struct Mended {
+    std::shared_ptr<const Mesh> mesh;
+    bool isSheet = false;
+  };
   const Body* file(const SceneGeometry& geometry, const std::string& body);
+  const Mended& mendedMesh(const SceneGeometry& geometry, const std::string& body);
+  bool isOpenMesh(const SceneGeometry& geometry, const std::string& body);
   Cloud digitized(const SceneGeometry& geometry, const Pose& turn, const std::string& body);
   Cloud objectCloud(const SceneMesh& geometry, const std::string& body);
   std::vector<NamedMesh> parts(const SceneGeometry& geometry, const std::string& body);
@@ -92,6 +100,7 @@ class SceneClouds {
   BodyTissues tissues_;               // by --tissue
   std::optional<TissueTable> table_;  // of elements; read when first needed
   std::map<std::string, Body> files_;
+  std::map<std::string, Mended> mended_;
   std::map<std::string, std::shared_ptr<const Mesh>> meshes_, drawn_;
   std::map<std::string, Cloud> clouds_;
   std::map<std::string, std::shared_ptr<const SurfaceField>> fields_;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iostream>
 #include <sstream>
 
 #include "io/errors.h"
@@ -97,13 +98,16 @@ SceneShapes::Inertia SceneShapes::bodyInertia(const SceneBody& body) {
 }
 
 // Meshes as they are; primitives coarser than for contacts.
-DrawnPart SceneShapes::drawnPart(const SceneCollision& collision, const std::string& body) {
+DrawnPart SceneShapes::drawnPart(const SceneCollision& collision, const SceneBody& of) {
+  const std::string& body = of.name;
   DrawnPart part;
   part.pose = collision.pose;
   if (isPlane(collision.geometry)) {
     part.planeNormal = std::get<ScenePlane>(collision.geometry).normal;
   } else if (clouds_.isDigital(collision.geometry, body)) {
     part.mesh = clouds_.drawn(collision.geometry, body);
+  } else if (meetsAsTriangles(collision, of)) {
+    part.mesh = clouds_.triangles(collision.geometry, body);
   } else if (isMesh(collision.geometry)) {
     part.mesh = clouds_.mesh(collision.geometry, body);
   } else {
@@ -223,6 +227,12 @@ BulletShape SceneShapes::bulletShape(const SceneGeometry& geometry, const Pose& 
              bare.keep.push_back(bare.shape);
              return {bare.keep, compound};
            }
+           if (usesClouds(options_.method)) {
+             std::cerr << "cloudcontact: body '" << body
+                       << "' has no inside and stands still: bodies meet its triangles (--shell "
+                          "makes it a shell)\n";
+             return trianglesShape(*clouds_.triangles(geometry, body));
+           }
            const Mesh at = moved(*clouds_.mesh(geometry, body), pose);
            if (options_.method == Method::Gjk) return hullShape(at);
            if (options_.method == Method::Gimpact) return gimpactShape(at);
@@ -246,14 +256,14 @@ void SceneShapes::addPart(const SceneCollision& collision, const SceneBody& body
                           std::vector<PlacedShape>& shapes) {
   const Pose placed = out.frame.inverse() * collision.pose;
   shapes.push_back(partShape(collision, placed, body));
-  out.drawn.parts.push_back(drawnPart(collision, body.name));
+  out.drawn.parts.push_back(drawnPart(collision, body));
   if (const auto cuts = tool(collision, placed, body.name)) out.tools.push_back(*cuts);
   if (usesClouds(options_.method) && !clouds_.meetsAsShape(collision, body)) {
     const auto [field, place] = shownField(collision, placed, body.name);
     out.drawn.clouds.push_back({field, out.frame * place});
   }
-  if (clouds_.isDigital(collision.geometry, body.name))
-    out.isMeasured = false;
+  if (clouds_.isDigital(collision.geometry, body.name) || meetsAsTriangles(collision, body))
+    out.isMeasured = false;  // without an inside there is no depth
   else
     out.measured.parts.push_back({probes(collision.geometry, body.name), collision.pose});
 }
@@ -304,7 +314,12 @@ BodyParts SceneShapes::soft(const SceneBody& body) {
   return out;
 }
 
-// A primitive that clouds meet as it is: in its own frame it needs no compound, whose children
+bool SceneShapes::meetsAsTriangles(const SceneCollision& collision, const SceneBody& body) {
+  return usesClouds(options_.method) && isMesh(collision.geometry) &&
+         clouds_.meetsAsShape(collision, body);
+}
+
+// A shape that clouds meet as it is: in its own frame it needs no compound, whose children
 // Bullet asks for contacts only once their boxes meet.
 bool SceneShapes::isOneShape(const SceneBody& body) {
   return usesClouds(options_.method) && body.collisions.size() == 1 &&

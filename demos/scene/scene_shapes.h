@@ -81,6 +81,7 @@ class SceneShapes {
   Inertia geometryInertia(const SceneBody& body);
   Inertia bodyInertia(const SceneBody& body);
   bool isOneShape(const SceneBody& body);
+  bool meetsAsTriangles(const SceneCollision& collision, const SceneBody& body);
   BodyParts cuttable(const SceneBody& body);
   BodyParts soft(const SceneBody& body);
   void addPart(const SceneCollision& collision, const SceneBody& body, BodyParts& out,
@@ -98,7 +99,7 @@ class SceneShapes {
   std::optional<SceneTool> tool(const SceneCollision& collision, const Pose& pose,
                                 const std::string& body);
   BulletShape bulletShape(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
-  DrawnPart drawnPart(const SceneCollision& collision, const std::string& body);
+  DrawnPart drawnPart(const SceneCollision& collision, const SceneBody& of);
   std::shared_ptr<const Probed> probes(const SceneGeometry& geometry, const std::string& body);
 
   CommonOptions options_;

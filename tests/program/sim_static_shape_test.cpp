@@ -94,6 +94,60 @@ TEST(StaticShape, AFloorOfABoxHasNoVoxelsAndBearsABlock) {
   EXPECT_EQ(digitized.names().size(), 1u);
 }
 
+// A square of 20 x 20 m without an inside, of 2 x 9 x 9 triangles, tilted by `slope` along x.
+SceneBody terrain(double slope) {
+  auto mesh = std::make_shared<Mesh>();
+  constexpr int kSide = 9;
+  const auto corner = [](int i) { return -10 + 20. * i / kSide; };
+  for (int j = 0; j <= kSide; ++j)
+    for (int i = 0; i <= kSide; ++i)
+      mesh->vertices.push_back({corner(i), corner(j), -slope * corner(i)});
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i) {
+      const int at = j * (kSide + 1) + i, above = at + kSide + 1;
+      mesh->triangles.push_back({at, at + 1, above + 1});
+      mesh->triangles.push_back({at, above + 1, above});
+    }
+  return bodyWith("terrain", SceneMesh{"terrain", Vec3::Ones(), mesh}, Vec3::Zero(), 0);
+}
+
+// As voxels of the block's size it would take gigabytes, and a shell of some thickness.
+TEST(StaticShape, ATerrainHasNoVoxelsAndBearsABlock) {
+  Digitized digitized;
+  World world(sceneOf({block(Vec3(3.3, -4.2, kEdge / 2 + 0.02)), terrain(0)}),
+              digitized.settings(kVoxel));
+  EXPECT_EQ(digitized.names(), std::vector<std::string>{"block"});
+  EXPECT_TRUE(world.drawn(1).clouds.empty());
+  EXPECT_FALSE(world.isMeasured(1));
+  for (int n = 0; n < 600; ++n) world.step(kShort);
+  EXPECT_NEAR(world.pose(0).position.z(), kEdge / 2, 0.02 * kVoxel);
+  EXPECT_LT(world.state(0).angularVelocity.norm(), 1e-3);
+}
+
+// A body slides down it as down a plane, across its triangles' edges.
+TEST(StaticShape, ATerrainLetsSlideAsAPlane) {
+  const double slope = 0.6, angle = std::atan(slope);
+  SceneBody on = block();
+  on.pose.orientation = Eigen::AngleAxisd(angle, Vec3::UnitY());
+  on.pose.position = on.pose.orientation * Vec3(0, 0, kEdge / 2);
+  const BodyState slid = after(0.5, sceneOf({on, terrain(slope)}));
+  const double speed = 0.5 * kGravity * (std::sin(angle) - 0.5 * std::cos(angle));
+  EXPECT_NEAR(slid.linearVelocity.norm(), speed, 0.02 * speed);
+  EXPECT_NEAR((on.pose.orientation.conjugate() * slid.pose.position).z(), kEdge / 2, 0.02 * kVoxel);
+}
+
+// A stated thickness asks for the shell.
+TEST(StaticShape, ATerrainOfAStatedThicknessHasVoxels) {
+  Digitized digitized;
+  SceneBody small = terrain(0);
+  std::get<SceneMesh>(small.collisions[0].geometry).scale = Vec3(0.03, 0.03, 1);
+  WorldSettings settings = digitized.settings(kVoxel);
+  settings.common.shell = 0.03;
+  const World world(sceneOf({block(), small}), settings);
+  EXPECT_TRUE(digitized.has("terrain"));
+  EXPECT_EQ(world.drawn(1).clouds.size(), 1u);
+}
+
 // mu is 0.5.
 SceneDescription onSlope(const SceneBody& floor, double slope) {
   SceneDescription scene = sceneOf({block(), floor});
