@@ -131,8 +131,7 @@ void CloudShape::setFidelity(const Fidelity& fidelity) {
           "CloudShape::setFidelity: tolerance must be finite and not negative [m]");
     const int level = levels().coarsest(fidelity.tolerance / 2);
     const double off = levels().error(level);
-    if (level == 0)
-      field_ = levels().field(0);  // some part needs it: it is made here, not in a step
+    if (level == 0) field_ = levels().field(0);  // some part needs it; boxes are then its own
     found = recognizedShape(*levels().field(level), fidelity.tolerance - off);
     if (found) found->error += off;
   }
