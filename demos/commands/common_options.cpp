@@ -105,12 +105,14 @@ void addSamplesOption(CLI::App& command, CommonOptions& o) {
 }
 
 void addToleranceOption(CLI::App& command, CommonOptions& o) {
-  addPositive(
-      command, "--tolerance",
+  add(command, "--tolerance",
       "contacts take the largest voxels whose surface is right to this [m], and a cloud that is a "
       "ball, box, cylinder, capsule, cone or convex body with flat faces within it meets others as "
-      "that shape; not if not given",
-      "T", [&o](double v) { o.tolerance = v; });
+      "that shape; if not given, one that is it as far as its voxels tell does; 'exact': none does",
+      "T|exact", [&o](const std::string& text) {
+        o.exact = text == "exact";
+        o.tolerance = o.exact ? 0 : readPositive("--tolerance", text);
+      });
   addPositive(
       command, "--budget",
       "with --tolerance: the least important contacts get coarser where a step's would take longer "

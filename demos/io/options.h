@@ -67,6 +67,7 @@ struct CommonOptions {
   TissueOptions tissues;
   Backend backend = Backend::Cpu;
   double tolerance = 0;  // Fidelity::tolerance [m]
+  bool exact = false;    // Fidelity::exact
   double budget = 0;     // Fidelity::budget [s per step]
   int threads = 0;       // 0: all cores
   bool json = false;

@@ -146,7 +146,7 @@ SceneShapes::PlacedShape SceneShapes::partShape(const SceneCollision& collision,
 // The field that most contacts of a collision use. Base vectors use the finest.
 PlacedField SceneShapes::shownField(const SceneCollision& collision, const Pose& pose,
                                     const std::string& body) {
-  const double tolerance = toleranceOf(collision);
+  const double tolerance = fidelityOf(collision).tolerance;
   if (!(tolerance > 0)) return clouds_.field(collision.geometry, pose, body);
   return naming(body, [&]() -> PlacedField {
     const auto [levels, place] = clouds_.levels(collision.geometry, pose, body);
@@ -161,13 +161,14 @@ BulletShape SceneShapes::cloudShape(const SceneCollision& collision, const Pose&
       bulletShapes_["cloud " + keyOf(collision.geometry) + keyOf(pose) + keyOfElements(collision)];
   if (kept.shape) return kept;
   return kept = naming(body, [&]() -> BulletShape {
-           const double tolerance = toleranceOf(collision);
-           auto shape = tolerance > 0 ? std::make_shared<CloudShape>(
-                                            clouds_.levels(collision.geometry, pose, body).levels)
-                                      : std::make_shared<CloudShape>(
-                                            clouds_.field(collision.geometry, pose, body).field);
+           const Fidelity fidelity = fidelityOf(collision);
+           auto shape = fidelity.tolerance > 0
+                            ? std::make_shared<CloudShape>(
+                                  clouds_.levels(collision.geometry, pose, body).levels)
+                            : std::make_shared<CloudShape>(
+                                  clouds_.field(collision.geometry, pose, body).field);
            shape->setTissues(clouds_.tissues(collision, body));
-           shape->setFidelity({tolerance});
+           shape->setFidelity(fidelity);
            const double voxel = shape->cloud().voxelSize();
            // Bullet asks for the contacts of a compound's children only where their boxes meet, but
            // near misses reach a voxel.

@@ -87,8 +87,11 @@ class SceneShapes {
   void addPart(const SceneCollision& collision, const SceneBody& body, BodyParts& out,
                std::vector<PlacedShape>& shapes);
   PlacedShape partShape(const SceneCollision& collision, const Pose& pose, const SceneBody& body);
-  double toleranceOf(const SceneCollision& collision) const {
-    return collision.tolerance.value_or(options_.tolerance);
+  Fidelity fidelityOf(const SceneCollision& collision) const {
+    Fidelity fidelity;
+    fidelity.tolerance = collision.tolerance.value_or(options_.tolerance);
+    fidelity.exact = collision.tolerance ? *collision.tolerance == 0 : options_.exact;
+    return fidelity;
   }
   PlacedField shownField(const SceneCollision& collision, const Pose& pose,
                          const std::string& body);

@@ -205,7 +205,8 @@ Trials sceneTrials(const SceneDescription& scene, double seconds, const CommonOp
   auto places = std::make_shared<ScenePlaces>();
   WorldSettings& settings = places->settings;
   settings.common = options;
-  settings.common.tolerance = 0;  // as clouds
+  settings.common.tolerance = 0;
+  settings.common.exact = true;
   settings.common.explain = true;
   settings.voxel = defaultVoxel(scene, options);
   settings.store = std::make_shared<ShapeStore>();

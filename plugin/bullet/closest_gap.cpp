@@ -3,6 +3,7 @@
 
 #include <cloudcontact/field/surface_field.h>
 
+#include "bullet/convert.h"
 #include "contact/surface_gap.h"
 
 namespace cloudcontact {
@@ -63,6 +64,24 @@ std::optional<ContactPoint> closestGap(const ContactBody& a, const ContactBody& 
   if (!a.field || !b.field) return best;
   const double voxel = std::min(a.field->cloud().voxelSize(), b.field->cloud().voxelSize());
   return best && best->depth > -kNearClouds * voxel ? best : wideGap(a, b, within);
+}
+
+// Its addContactPoint() reads the order of the bodies from a manifold.
+void reportTo(btManifoldResult& result, const PairSides& sides, const ContactBody& a,
+              const ContactBody& b, const ContactResult& contact) {
+  btPersistentManifold inOrder(sides.wrapA->getCollisionObject(), sides.wrapB->getCollisionObject(),
+                               0, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
+  btPersistentManifold* const before = result.getPersistentManifold();
+  const auto add = [&result](const ContactPoint& point) {
+    const Vec3 onB = point.position - point.depth / 2 * point.normal;
+    result.addContactPoint(toBullet(Vec3(-point.normal)), toBullet(onB),
+                           static_cast<btScalar>(-point.depth));
+  };
+  result.setPersistentManifold(&inOrder);
+  for (const ContactPoint& point : contact.points) add(point);
+  if (contact.points.empty() && result.m_closestPointDistanceThreshold > 0)
+    if (const auto gap = closestGap(a, b, result.m_closestPointDistanceThreshold)) add(*gap);
+  result.setPersistentManifold(before);
 }
 
 }  // namespace cloudcontact

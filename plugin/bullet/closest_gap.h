@@ -1,9 +1,14 @@
-// The gap of two bodies that do not touch, for Bullet's queries that ask for a distance.
+// What Bullet's queries are told: the points of a contact, or the gap of two bodies that do not
+// touch.
 #pragma once
 
 #include <cloudcontact/contact/contact.h>
 
 #include <optional>
+
+#include "bullet/pair_law.h"
+
+class btManifoldResult;
 
 namespace cloudcontact {
 
@@ -11,5 +16,9 @@ namespace cloudcontact {
 // samples of each cloud in the other body: exact against a shape. Clouds that are not near are
 // measured by the triangles of their surfaces.
 std::optional<ContactPoint> closestGap(const ContactBody& a, const ContactBody& b, double within);
+
+// Gives a Bullet query the points of a contact or, if the bodies are apart, the gap.
+void reportTo(btManifoldResult& result, const PairSides& sides, const ContactBody& a,
+              const ContactBody& b, const ContactResult& contact);
 
 }  // namespace cloudcontact

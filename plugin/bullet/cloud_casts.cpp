@@ -215,8 +215,9 @@ void castRay(const SurfaceField& field, int index, btTriangleRaycastCallback& ra
 }
 
 void castConvex(const SurfaceField& field, int index, btTriangleConvexcastCallback& sweep) {
-  const PlacedSolid* const form = closedForm(field);
-  if (!form) return ConvexSweep(field, index, sweep).run();
+  const RecognizedShape* const known = closedForm(field);
+  if (!known) return ConvexSweep(field, index, sweep).run();
+  const PlacedSolid* const form = &known->placed;
   const btTransform place = sweep.m_triangleToWorld * toBullet(form->place);
   const ConvexForm shape(form->solid);
   const auto hit = castOnto(*shape, place, sweep, sweep.m_hitFraction);

@@ -29,6 +29,8 @@ void validate(const CloudContactSettings& settings) {
   if (!(fidelity.budget >= 0))
     throw std::invalid_argument(
         "CloudContactSettings: fidelity.budget must not be negative [s per step]; 0 is no limit");
+  if (fidelity.exact && fidelity.tolerance > 0)
+    throw std::invalid_argument("CloudContactSettings: a fidelity that is exact has no tolerance");
   if (!(settings.leavingSpeed > 0))
     throw std::invalid_argument(
         "CloudContactSettings: leavingSpeed must be positive; infinity leaves it to the spring");

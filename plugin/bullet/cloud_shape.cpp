@@ -12,6 +12,7 @@
 #include "bullet/cloud_casts.h"
 #include "bullet/convert.h"
 #include "field/base_vector_bricks.h"
+#include "field/closed_form.h"
 #include "field/surface_tree.h"
 #include "voxels/cut_between.h"
 
@@ -118,10 +119,18 @@ void CloudShape::setTissues(TissueTable tissues) {
   setPaper(std::make_shared<LazyPaper>());
 }
 
+const RecognizedShape* CloudShape::recognized() const {
+  if (fidelity_.exact) return nullptr;
+  if (fidelity_.tolerance > 0) return recognized_ ? &*recognized_ : nullptr;
+  return field_ ? closedForm(*field_) : nullptr;
+}
+
 void CloudShape::setFidelity(const Fidelity& fidelity) {
   if (fidelity.budget != 0)
     throw std::invalid_argument(
         "CloudShape::setFidelity: a shape has no budget; give it to CloudContactSettings");
+  if (fidelity.exact && fidelity.tolerance != 0)
+    throw std::invalid_argument("CloudShape::setFidelity: what is exact has no tolerance");
   std::optional<RecognizedShape> found;
   if (fidelity.tolerance != 0 && field_) {
     found = recognizedShape(*field_, fidelity.tolerance);
@@ -137,6 +146,7 @@ void CloudShape::setFidelity(const Fidelity& fidelity) {
   }
   recognized_ = std::move(found);
   fidelity_ = fidelity;
+  recognized();  // finds the closed form now, not in a step
 }
 
 void CloudShape::usePaper(const PaperSettings& settings) {

@@ -136,6 +136,7 @@ CuttableBody::State::State(const CuttableBodySettings& how, BodyMatter now, Body
     : settings(how), matter(std::move(now)), felt(std::move(before)) {
   behind = !(matter.sums == felt.sums);
   shape = std::make_unique<CloudShape>(felt.field);
+  shape->setFidelity({0, 0, true});  // the first cut must not move what rests
   shape->law = settings.law;
   compound = std::make_unique<btCompoundShape>();
   compound->addChildShape(btTransform::getIdentity(), shape.get());

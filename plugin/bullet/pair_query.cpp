@@ -113,9 +113,9 @@ ContactBody asShape(const ContactBody& body, const PlacedSolid* recognized) {
   return shape;
 }
 
-void PairReader::readShapes(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
-                            PairQuery& query) {
-  if (query.a.paper || query.b.paper) return;
+void PairReader::readShapes(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
+                            const btCollisionObjectWrapper& b, PairQuery& query) {
+  if (settings.fidelity.exact || query.a.paper || query.b.paper) return;
   const CloudShape* const clouds[2] = {cloudOf(a), cloudOf(b)};
   const Solid* solids[2] = {query.a.shape, query.b.shape};
   for (int side = 0; side < 2; ++side) {
@@ -230,7 +230,7 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
     bodies[side]->spring = query.law.springs[side];
   }
   readPaper(a, b, query);
-  readShapes(a, b, query);
+  readShapes(settings, a, b, query);
   for (int side = 0; side < 2; ++side)
     if (clouds[side]) query.lives[side] = clouds[side]->life();
   if (!query.byShapes)

@@ -79,8 +79,8 @@ class PairReader {
                  PairQuery& query);
   void setLevels(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
                  const btCollisionObjectWrapper& b, PairQuery& query);
-  void readShapes(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
-                  PairQuery& query);
+  void readShapes(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
+                  const btCollisionObjectWrapper& b, PairQuery& query);
   void readPaper(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                  PairQuery& query);
 

@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "bullet/closest_gap.h"
-#include "bullet/convert.h"
 #include "bullet/support.h"
 #include "bullet/turning.h"
+#include "contact/pair_frame.h"
 #include "contact/shape_contact.h"
 
 namespace cloudcontact {
@@ -35,12 +35,14 @@ constexpr double kLightly = 0.1, kCloses = 0.01;
 constexpr double kTogether = 0.001;
 
 // Whether bodies that touch lightly close by so much within the step that what has not touched yet
-// may touch as well.
-bool closesLightly(double step, const PairQuery& query, const ContactResult& found) {
-  if (found.samples == 0) return false;
+// may touch as well. `gains`: speed that A gains over B in the step.
+bool closesLightly(double step, const Vec3& gains, const PairQuery& query,
+                   const ContactResult& found) {
+  if (!touches(found)) return false;
   double deepest = -1e30, closes = 0;
   for (const ContactPoint& point : found.points) {
-    const Vec3 meeting = query.a.motion.at(point.position) - query.b.motion.at(point.position);
+    const Vec3 meeting =
+        query.a.motion.at(point.position) - query.b.motion.at(point.position) + gains;
     deepest = std::max(deepest, point.depth);
     closes = std::max(closes, step * meeting.dot(point.normal));
   }
@@ -73,25 +75,6 @@ void keepAwake(NarrowPhase& narrowPhase, const PairSides& sides) {
 // How far from each other bodies may be that a Bullet query asks for [m]. Not infinite.
 double gapOf(const btManifoldResult& result) {
   return std::clamp(double(result.m_closestPointDistanceThreshold), 0.0, 1e9);
-}
-
-// Gives a Bullet query the points or, if the bodies are apart, the gap. Its addContactPoint() reads
-// the order of the bodies from a manifold.
-void report(btManifoldResult& result, const PairSides& sides, const ContactBody& a,
-            const ContactBody& b, const ContactResult& contact) {
-  btPersistentManifold inOrder(sides.wrapA->getCollisionObject(), sides.wrapB->getCollisionObject(),
-                               0, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
-  btPersistentManifold* const before = result.getPersistentManifold();
-  const auto add = [&result](const ContactPoint& point) {
-    const Vec3 onB = point.position - point.depth / 2 * point.normal;
-    result.addContactPoint(toBullet(Vec3(-point.normal)), toBullet(onB),
-                           static_cast<btScalar>(-point.depth));
-  };
-  result.setPersistentManifold(&inOrder);
-  for (const ContactPoint& point : contact.points) add(point);
-  if (contact.points.empty() && result.m_closestPointDistanceThreshold > 0)
-    if (const auto gap = closestGap(a, b, result.m_closestPointDistanceThreshold)) add(*gap);
-  result.setPersistentManifold(before);
 }
 
 }  // namespace
@@ -143,18 +126,37 @@ void PairState::lookBeside(PairStep& step) {
   finder.lookBeside(a, b, settings, step.ahead(), step.contact);
 }
 
+// What turns within the step is looked up at its end, if it touches there.
+bool PairState::lookAtEnd(PairStep& step, const btCollisionObjectWrapper& a,
+                          const btCollisionObjectWrapper& b) {
+  PairQuery& query = step.query;
+  if (!turnsWithin(step.ahead(), query, step.contact, a, b)) return false;
+  step.turn = turnOn(step.ahead(), query, step.touch);
+  if (step.how != Answer::Shapes) {
+    if (finder.searchTouch(query.a, query.b, query.settings, step.contact)) return true;
+  } else if (ContactResult end; findByShapes(query, false, end) && touches(end)) {
+    step.contact = std::move(end);
+    return true;
+  }
+  turnBack(*step.turn, query, step.touch);
+  step.turn.reset();
+  return false;
+}
+
 // What is near, or comes near within the step, beside what touches.
 void PairState::lookFurther(PairStep& step, const btCollisionObjectWrapper& a,
                             const btCollisionObjectWrapper& b) {
   PairQuery& query = step.query;
-  const double ahead = step.ahead();
-  if (turnsWithin(ahead, query, step.contact, a, b)) {
-    step.turn = turnOn(ahead, query, step.touch);
-    if (finder.searchTouch(query.a, query.b, query.settings, step.contact)) return;
-    turnBack(*step.turn, query, step.touch);
-    step.turn.reset();
+  if (lookAtEnd(step, a, b)) return;
+  const bool byShapes = step.how == Answer::Shapes;
+  Vec3 gains = Vec3::Zero();  // what meets anew meets by its weight, too
+  if (byShapes && !touched) gains = step.ahead() * (query.pull[0] - query.pull[1]);
+  const bool lightly = closesLightly(step.ahead(), gains, query, step.contact);
+  if (byShapes) {
+    if (lightly) findByShapes(query, true, step.contact);
+    return;
   }
-  if (closesLightly(ahead, query, step.contact))
+  if (lightly)
     finder.lookAround(query.a, query.b, query.settings, query.voxel * query.voxel, step.contact);
   keepSupport(step);
   lookBeside(step);
@@ -165,8 +167,7 @@ void PairState::aim(PairStep& step, const btCollisionObjectWrapper& a,
                     const btCollisionObjectWrapper& b) {
   const PairQuery& query = step.query;
   step.turn.reset();
-  if (turned && !step.touch && !query.wrong && !query.byShapes &&
-      goesOnTurning(step.ahead(), query, turns, a, b))
+  if (turned && !step.touch && !query.wrong && goesOnTurning(step.ahead(), query, turns, a, b))
     step.turn = turnOn(step.ahead(), step.query, step.touch);
 }
 
@@ -178,7 +179,7 @@ void PairState::find(PairStep& step, const btCollisionObjectWrapper& a,
     lookAhead->countTaken();
   else
     search(step, a, b);
-  if (!step.turn || step.contact.samples > 0) return;
+  if (!step.turn || touches(step.contact)) return;
   turnBack(*step.turn, query, step.touch);
   step.turn.reset();
   search(step, a, b);
@@ -197,33 +198,42 @@ void PairState::search(PairStep& step, const btCollisionObjectWrapper& a,
     return moved.move(query.a, query.b, step.contact);
   }
   if (query.byShapes) {
-    const ContactBody asA = asShape(query.a, query.recognized[0]),
-                      asB = asShape(query.b, query.recognized[1]);
-    if (findShapes(asA, asB, query.settings, query.voxel, step.contact)) {
+    if (findByShapes(query, false, step.contact)) {
       step.how = Answer::Shapes;
-      return giveIds(asA, query.voxel, shapeIds, step.contact);
+      return;
     }
     reader.chooseLevels(narrowPhase.settings(), a, b, query);
   }
   finder.search(query.a, query.b, query.settings, step.contact);
 }
 
+bool PairState::findByShapes(const PairQuery& query, bool lightly, ContactResult& found) const {
+  const ContactBody a = asShape(query.a, query.recognized[0]),
+                    b = asShape(query.b, query.recognized[1]);
+  ContactSettings settings = query.settings;
+  settings.margin = marginOf(a, b, query.voxel, settings.margin);  // as clouds would see it
+  return findShapes(a, b, settings, query.voxel, found, lightly);
+}
+
 void PairState::adjust(PairStep& step, const btCollisionObjectWrapper& a,
                        const btCollisionObjectWrapper& b) {
   if (step.isStep && std::exchange(restored, false)) asked = step.query;
   if (step.how == Answer::Moved) return;
-  if (step.how != Answer::Shapes) {
-    const bool hasLevels = step.query.levels.tolerance > 0;
-    if (hasLevels)
-      levels.settle({narrowPhase.settings(), a, b, reader, finder}, step.query, step.ahead(),
-                    step.contact);
-    if (step.isStep && !step.touch) lookFurther(step, a, b);
+  const bool byShapes = step.how == Answer::Shapes;
+  const bool hasLevels = !byShapes && step.query.levels.tolerance > 0;
+  if (hasLevels)
+    levels.settle({narrowPhase.settings(), a, b, reader, finder}, step.query, step.ahead(),
+                  step.contact);
+  if (step.isStep && !step.touch) lookFurther(step, a, b);
+  if (byShapes)
+    giveIds(asShape(step.query.a, step.query.recognized[0]), step.query.voxel, shapeIds,
+            step.contact);
+  else
     finder.giveIds(step.contact);
-    if (hasLevels && step.isStep) levels.fade(step.contact);
-  }
+  if (hasLevels && step.isStep) levels.fade(step.contact);
   if (!step.isStep) return;
-  apart = step.query.a.field && step.query.b.field && step.contact.samples == 0;
-  touched = step.contact.samples > 0;
+  touched = touches(step.contact);
+  apart = step.query.a.field && step.query.b.field && !touched;
   const double place = kSupportVoxels * step.query.voxel;
   held = holdsWeight(step.query, step.contact, -place, -place);
   turned = step.turn.has_value();
@@ -395,7 +405,7 @@ void PairState::ask(const btCollisionObjectWrapper& a, const btCollisionObjectWr
   find(query, a, b, false);
   adjust(query, a, b);
   const PairSides sides = query.sides(a, b);
-  report(result, sides, query.query.a, query.query.b, query.contact);
+  reportTo(result, sides, query.query.a, query.query.b, query.contact);
   count(query, sides, since(start));
 }
 

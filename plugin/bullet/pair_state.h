@@ -99,6 +99,9 @@ struct PairState {
   void search(PairStep& step, const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
   // What the step adds to it, but for what is written of single points (step_adjustments.h).
   void adjust(PairStep& step, const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
+  bool findByShapes(const PairQuery& query, bool lightly, ContactResult& found) const;
+  bool lookAtEnd(PairStep& step, const btCollisionObjectWrapper& a,
+                 const btCollisionObjectWrapper& b);
   void lookFurther(PairStep& step, const btCollisionObjectWrapper& a,
                    const btCollisionObjectWrapper& b);
   void keepSupport(PairStep& step);

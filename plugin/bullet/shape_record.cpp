@@ -16,7 +16,7 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr std::uint32_t kVersion = 6;
+constexpr std::uint32_t kVersion = 7;
 constexpr const char* kNoData =
     "a law that is a function, or an area of the paper's method that is a cloud, cannot be saved: "
     "set it again after loading";
@@ -103,7 +103,7 @@ void shapeIn(Archive& archive, ShapeRecord& record) {
   listIn(archive, record.tissues, [](Archive& a, Tissue& t) {
     a(t.name, t.stiffness, t.damping, t.hardness, t.density, t.elasticity);
   });
-  archive(record.tolerance, record.usesPaper);
+  archive(record.tolerance, record.exact, record.usesPaper);
   paperIn(archive, record.paper);
   archive(record.margin, record.fieldScaling, record.scaling, record.userIndex);
 }
@@ -174,6 +174,8 @@ ShapeRecord ShapeRecord::of(const CloudShape& shape) {
   record.law = shape.law;
   record.tissues = shape.tissues_;
   record.tolerance = shape.fidelity_.tolerance;
+  // A file does not tell that a field was renewed.
+  record.exact = shape.fidelity_.exact || (shape.field_ && shape.field_->data().isRenewed());
   record.usesPaper = shape.asksPaper_;
   record.paper = shape.paperSettings_;
   record.margin = shape.margin_;
@@ -211,7 +213,10 @@ std::unique_ptr<CloudShape> ShapeRecord::make(std::shared_ptr<const SurfaceField
   shape->margin_ = static_cast<btScalar>(margin);
   shape->fieldScaling_ = fieldScaling;
   shape->setLocalScaling(toBullet(scaling));
-  if (tolerance != 0) shape->setFidelity({tolerance});
+  Fidelity fidelity;
+  fidelity.tolerance = tolerance;
+  fidelity.exact = exact && tolerance == 0;
+  shape->setFidelity(fidelity);
   shape->setUserIndex(userIndex);
   return shape;
 }

@@ -38,6 +38,7 @@ struct ShapeRecord {
   std::optional<Law> law;
   TissueTable tissues;
   double tolerance = 0;
+  bool exact = false;
   bool usesPaper = false;
   PaperSettings paper;
   double margin = 0, fieldScaling = 1;

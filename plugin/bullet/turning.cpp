@@ -80,7 +80,7 @@ bool turnsSo(const Turning& turning, double push, double step, const PairQuery& 
 
 bool turnsWithin(double step, const PairQuery& query, const ContactResult& found,
                  const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) {
-  return found.samples > 0 &&
+  return touches(found) &&
          turnsSo(turningOf(query, found, step), pushOf(query, found), step, query, a, b);
 }
 

@@ -111,10 +111,10 @@ Polygon common(const FlatFeature& a, const FlatFeature& b) {
 }
 
 // Moves the bodies together if they are apart. False if they are too far apart.
-bool close(double most, double margin, double touch, PressedArea& out) {
-  if (most > 0) return true;
-  if (-most > margin) return false;
-  out.gap = touch - most;
+bool close(double most, const Nearing& near, PressedArea& out) {
+  if (most > near.least) return true;
+  if (-most > near.margin) return false;
+  out.gap = near.touch - most;
   return true;
 }
 
@@ -163,15 +163,15 @@ void setDepths(double d, double mean, const Slope& t, const Vec2& center, Presse
   }
 }
 
-std::optional<PressedArea> onFaces(const FlatFeature& a, const FlatFeature& b, double margin,
-                                   double touch) {
+std::optional<PressedArea> onFaces(const FlatFeature& a, const FlatFeature& b,
+                                   const Nearing& nearing) {
   const Slope top = heightOf(a), bottom = heightOf(b);
   Slope t{top.at0 - bottom.at0, top.by - bottom.by};
   Polygon p = common(a, b);
   double most = -1e300;
   for (int i = 0; i < p.count; ++i) most = std::max(most, t.at(p.corners[i]));
   PressedArea out;
-  if (p.count < 3 || !close(most, margin, touch, out)) return std::nullopt;
+  if (p.count < 3 || !close(most, nearing, out)) return std::nullopt;
   t.at0 += out.gap;
   p.clip([&](const Vec2& x) { return t.at(x); });
   if (p.count < 3) return std::nullopt;
@@ -219,13 +219,13 @@ struct Ends {
 };
 
 std::optional<PressedArea> onLine(const FlatFeature& line, Stretch stretch, const Ends& ends,
-                                  double sign, double margin, double touch) {
+                                  double sign, const Nearing& nearing) {
   if (!(stretch.from <= stretch.to)) return std::nullopt;
   const auto along = [](const double* v, double s) { return v[0] + s * (v[1] - v[0]); };
   double t[2] = {sign * (ends.own[0] - ends.other[0]), sign * (ends.own[1] - ends.other[1])};
   PressedArea out;
   const double most = std::max(along(t, stretch.from), along(t, stretch.to));
-  if (!close(most, margin, touch, out)) return std::nullopt;
+  if (!close(most, nearing, out)) return std::nullopt;
   for (double& depth : t) depth += out.gap;
   stretch.limit(t[0], t[1]);
   const double t0 = along(t, stretch.from), t1 = along(t, stretch.to);
@@ -257,7 +257,7 @@ std::optional<PressedArea> onLine(const FlatFeature& line, Stretch stretch, cons
 }
 
 std::optional<PressedArea> lineOnFace(const FlatFeature& line, const FlatFeature& face, double sign,
-                                      double margin, double touch) {
+                                      const Nearing& nearing) {
   Stretch stretch;
   if (face.kind == Kind::Face) {
     const double sense = senseOf(face);
@@ -268,12 +268,12 @@ std::optional<PressedArea> lineOnFace(const FlatFeature& line, const FlatFeature
   const Slope height = heightOf(face);
   const Ends ends{{line.heights[0], line.heights[1]},
                   {height.at(line.corners[0]), height.at(line.corners[1])}};
-  return onLine(line, stretch, ends, sign, margin, touch);
+  return onLine(line, stretch, ends, sign, nearing);
 }
 
 // Lines across each other touch near their crossing, as far along as their curvature lets them.
 std::optional<PressedArea> lineOnLine(const FlatFeature& a, const FlatFeature& b, double depth,
-                                      double margin, double touch) {
+                                      const Nearing& nearing) {
   const Vec2 wayA = a.corners[1] - a.corners[0], wayB = b.corners[1] - b.corners[0];
   const double lengthA = wayA.norm(), lengthB = wayB.norm();
   if (!(lengthA > 0) || !(lengthB > 0)) return std::nullopt;
@@ -290,7 +290,8 @@ std::optional<PressedArea> lineOnLine(const FlatFeature& a, const FlatFeature& b
   if (std::abs(sine) > kSmallSine) {
     const double middle = std::clamp(cross(from, wayB) / cross(wayA, wayB), 0.0, 1.0);
     const double round = a.radius * b.radius / (a.radius + b.radius);
-    const double far = std::sqrt(2 * round * std::max(depth, touch)) / (std::abs(sine) * lengthA);
+    const double far =
+        std::sqrt(2 * round * std::max(depth, nearing.touch)) / (std::abs(sine) * lengthA);
     if (stretch.from > stretch.to) return std::nullopt;
     const double near = std::clamp(middle, stretch.from, stretch.to);
     stretch = {std::max(stretch.from, near - far), std::min(stretch.to, near + far)};
@@ -298,14 +299,14 @@ std::optional<PressedArea> lineOnLine(const FlatFeature& a, const FlatFeature& b
     ends.own[0] = ends.own[1] = a.heights[0] + near * (a.heights[1] - a.heights[0]);
     ends.other[0] = ends.other[1] = ends.own[0] - depth;
   }
-  return onLine(a, stretch, ends, 1, margin, touch);
+  return onLine(a, stretch, ends, 1, nearing);
 }
 
 // One point of a body that is round there: it touches where its deepest point is.
 std::optional<PressedArea> onPoint(const FlatFeature& point, double sign, double depth,
-                                   double margin, double touch) {
+                                   const Nearing& nearing) {
   PressedArea out;
-  if (!close(depth, margin, touch, out)) return std::nullopt;
+  if (!close(depth, nearing, out)) return std::nullopt;
   out.points = 1;
   out.at[0] = out.pressure = point.corners[0];
   out.middle[0] = out.pressureMiddle = point.heights[0] - sign * depth / 2;
@@ -316,13 +317,13 @@ std::optional<PressedArea> onPoint(const FlatFeature& point, double sign, double
 }  // namespace
 
 std::optional<PressedArea> pressedArea(const FlatFeature& a, const FlatFeature& b, double depth,
-                                       double margin, double touch) {
-  if (a.kind == Kind::Point) return onPoint(a, 1, depth, margin, touch);
-  if (b.kind == Kind::Point) return onPoint(b, -1, depth, margin, touch);
-  if (a.kind == Kind::Line && b.kind == Kind::Line) return lineOnLine(a, b, depth, margin, touch);
-  if (a.kind == Kind::Line) return lineOnFace(a, b, 1, margin, touch);
-  if (b.kind == Kind::Line) return lineOnFace(b, a, -1, margin, touch);
-  return onFaces(a, b, margin, touch);
+                                       const Nearing& nearing) {
+  if (a.kind == Kind::Point) return onPoint(a, 1, depth, nearing);
+  if (b.kind == Kind::Point) return onPoint(b, -1, depth, nearing);
+  if (a.kind == Kind::Line && b.kind == Kind::Line) return lineOnLine(a, b, depth, nearing);
+  if (a.kind == Kind::Line) return lineOnFace(a, b, 1, nearing);
+  if (b.kind == Kind::Line) return lineOnFace(b, a, -1, nearing);
+  return onFaces(a, b, nearing);
 }
 
 }  // namespace cloudcontact

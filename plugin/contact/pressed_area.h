@@ -35,9 +35,14 @@ struct PressedArea {
   double breadth = 0;  // [m] of the area in its narrow direction, or of the line along it
 };
 
-// `depth`: of the deepest point, for features of one point. Bodies that are apart by less than
-// `margin` are moved together until they touch by `touch`. Empty if the features do not meet.
+// Bodies that overlap by no more than `least`, or are apart by no more than `margin`, are moved
+// together until they overlap by `touch` [m].
+struct Nearing {
+  double margin = 0, least = 0, touch = 0;
+};
+
+// `depth`: of the deepest point, for features of one point. Empty if the features do not meet.
 std::optional<PressedArea> pressedArea(const FlatFeature& a, const FlatFeature& b, double depth,
-                                       double margin, double touch);
+                                       const Nearing& nearing);
 
 }  // namespace cloudcontact

@@ -57,7 +57,7 @@ FlatFeature flatFeature(const PlacedConvex& body, const Vec3& outward, const Eig
 struct ShapePair {
   const ContactBody &a, &b;
   const ContactSettings& settings;
-  double voxel;
+  Nearing nearing;
   PlacedConvex inA, inB;  // about A's position
 };
 
@@ -101,8 +101,7 @@ bool tryAlong(const ShapePair& pair, const PressDirection& press, bool mustBeBro
   const Eigen::Matrix3d axes = axesAbout(n, pair.inA.turn);
   const FlatFeature ofA = flatFeature(pair.inA, n, axes, origin);
   const FlatFeature ofB = flatFeature(pair.inB, -n, axes, origin);
-  const double margin = std::max(0.0, pair.settings.margin);
-  const auto area = pressedArea(ofA, ofB, press.depth, margin, kTouch * pair.voxel);
+  const auto area = pressedArea(ofA, ofB, press.depth, pair.nearing);
   if (!area || (mustBeBroad && press.depth > area->breadth)) return false;
   addArea(*area, pair, axes, origin, found);
   return true;
@@ -116,16 +115,16 @@ bool takesShapes(const Solid& a, const Solid& b, const ContactSettings& settings
 }
 
 bool findShapes(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
-                double voxel, ContactResult& found) {
+                double voxel, ContactResult& found, bool meetsLightly) {
   found.clear();
+  const double margin = std::max(0.0, settings.margin), touch = kTouch * voxel;
   const ShapePair pair{
       a,
       b,
       settings,
-      voxel,
+      {margin, meetsLightly ? touch : 0, touch},
       {a.shape, a.pose.orientation.toRotationMatrix(), Vec3::Zero()},
       {b.shape, b.pose.orientation.toRotationMatrix(), b.pose.position - a.pose.position}};
-  const double margin = std::max(0.0, settings.margin);
   if (!isClosedForm(*a.shape, *b.shape))
     if (const auto face = faceDirection(pair.inA, pair.inB)) {
       if (face->depth < -margin) return true;

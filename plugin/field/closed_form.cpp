@@ -7,18 +7,12 @@
 
 namespace cloudcontact {
 
-namespace {
-
-constexpr double kQueryError = 0.1;  // [voxels]
-
-}  // namespace
-
-const PlacedSolid* closedForm(const SurfaceField& field) {
+const RecognizedShape* closedForm(const SurfaceField& field) {
   LazyClosedForm& lazy = field.data().lazyForm();
   std::call_once(lazy.once, [&] {
     if (field.data().isRenewed()) return;
-    if (auto found = recognizedShape(field, kQueryError * field.cloud().voxelSize()))
-      lazy.made = std::make_shared<const PlacedSolid>(std::move(found->placed));
+    if (auto found = recognizedShape(field, kCloudError * field.cloud().voxelSize()))
+      lazy.made = std::make_shared<const RecognizedShape>(std::move(*found));
   });
   return lazy.made.get();
 }

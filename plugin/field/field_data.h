@@ -32,10 +32,10 @@ struct LazySurfaceTree {
 };
 
 // The closed form of a cloud that has one (closedForm()).
-struct PlacedSolid;
+struct RecognizedShape;
 struct LazyClosedForm {
   std::once_flag once;
-  std::shared_ptr<const PlacedSolid> made;
+  std::shared_ptr<const RecognizedShape> made;
 };
 
 // The voxels that its samples own (ownedVoxels()).

@@ -240,8 +240,8 @@ void visitCrossings(const PlacedSolid& form, const Vec3& from, const Vec3& to, d
 void visitCrossings(const SurfaceField& field, const Vec3& from, const Vec3& to, double maxFraction,
                     const std::function<bool(const FieldHit&, bool enters)>& visit) {
   if (!from.allFinite() || !to.allFinite() || from == to) return;
-  if (const PlacedSolid* const form = closedForm(field))
-    return visitCrossings(*form, from, to, maxFraction, visit);
+  if (const RecognizedShape* const form = closedForm(field))
+    return visitCrossings(form->placed, from, to, maxFraction, visit);
   const Walk walk(field, from, to, kAround);
   walk.visitCrossings(maxFraction, [&](const Crossing& crossing) {
     return visit(walk.smoothed(crossing), crossing.enters);

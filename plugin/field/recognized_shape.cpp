@@ -7,7 +7,8 @@
 //
 // Beside edges and tips samples are up to 0.4 voxel off, which says more about the field than about
 // the body. There the coverage is compared, which is exact: an edge that is blunt by e lacks e^2 of
-// the voxel. So 1/255 of a voxel, all that a cloud tells, is 0.06 voxel of an edge.
+// the voxel. So 1/255 of a voxel, all that a cloud tells, is 0.06 voxel of an edge. The same tells
+// who is wrong where few samples lie off the shape, as on the sides of a cone near its tip.
 #include <cloudcontact/field/recognized_shape.h>
 
 #include <algorithm>
@@ -28,6 +29,7 @@ constexpr double kEdgeStep = 0.4;      // [voxels] between the points of an edge
 constexpr int kParts = 8;              // of a voxel, along each axis, to find how full it is
 constexpr double kFar = 0.4;           // [voxels] beyond the tolerance no sample is, even at edges
 constexpr double kCore = 1;            // [voxels] samples of a hole's wall are as far apart
+constexpr double kDoubtful = 0.02;     // of the samples may lie off the shape
 constexpr double kPi = std::numbers::pi;
 
 // Lengths in voxels, as the grid's.
@@ -88,20 +90,28 @@ Voxel voxelAt(const Vec3& grid) {
   return {at.x(), at.y(), at.z()};
 }
 
-// The voxels about a shape's edges, sorted.
+void sortOnce(std::vector<Voxel>& voxels) {
+  std::sort(voxels.begin(), voxels.end());
+  voxels.erase(std::unique(voxels.begin(), voxels.end()), voxels.end());
+}
+
+// These voxels and those beside them, sorted.
+std::vector<Voxel> about(std::vector<Voxel> voxels) {
+  sortOnce(voxels);
+  std::vector<Voxel> all;
+  for (const Voxel& v : voxels)
+    for (int k = 0; k < 27; ++k)
+      all.push_back({v[0] + k % 3 - 1, v[1] + k / 3 % 3 - 1, v[2] + k / 9 - 1});
+  sortOnce(all);
+  return all;
+}
+
+// The voxels about a shape's edges.
 std::vector<Voxel> edgeVoxels(const PlacedSolid& shape) {
   std::vector<Voxel> hit;
   for (const Vec3& point : edgePoints(shape.solid))
     hit.push_back(voxelAt(shape.place.toWorld(point)));
-  std::sort(hit.begin(), hit.end());
-  hit.erase(std::unique(hit.begin(), hit.end()), hit.end());
-  std::vector<Voxel> all;
-  for (const Voxel& v : hit)
-    for (int k = 0; k < 27; ++k)
-      all.push_back({v[0] + k % 3 - 1, v[1] + k / 3 % 3 - 1, v[2] + k / 9 - 1});
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
-  return all;
+  return about(std::move(hit));
 }
 
 // As depthOf(), and beyond a hull's edges the distance from the nearest plane: where it matters,
@@ -130,33 +140,47 @@ double filled(const PlacedSolid& shape, const Voxel& voxel) {
   return sum / (kParts * kParts * kParts);
 }
 
-// How far the cloud is from the shape beside edges [voxels].
-double edgesOff(const Cloud& cloud, const PlacedSolid& shape, const std::vector<Voxel>& voxels) {
+// How far the cloud is from the shape in these voxels, as beside edges [voxels]; stops beyond
+// `enough`.
+double coverageOff(const Cloud& cloud, const PlacedSolid& shape, const std::vector<Voxel>& voxels,
+                   double enough) {
   double most = 0;
   for (const Voxel& v : voxels) {
     const double has = cloud.coverage(v[0], v[1], v[2]) / 255.0;
     most = std::max(most, std::abs(filled(shape, v) - has));
+    if (most > enough * enough) break;
   }
   return std::sqrt(most);
 }
 
-// How far the samples are from the shape elsewhere [voxels]; stops beyond `enough`.
-double facesOff(const SurfaceField& field, const PlacedSolid& shape,
-                const std::vector<Voxel>& atEdges, double enough) {
+// How far the samples are from the shape elsewhere [voxels], but for those of `doubtful` voxels,
+// which are farther than `enough`. Stops if these are too many.
+double samplesOff(const SurfaceField& field, const PlacedSolid& shape,
+                  const std::vector<Voxel>& atEdges, double enough, std::vector<Voxel>& doubtful) {
+  const double many = kDoubtful * double(field.sampleCount());
   double most = 0;
-  for (std::size_t k = 0; k < field.sampleCount() && most <= enough; ++k) {
+  for (std::size_t k = 0; k < field.sampleCount(); ++k) {
     const SurfaceSample s = field.sample(k);
     const Vec3 at = Eigen::Map<const Eigen::Vector3f>(s.position).cast<double>();
     const double off = std::abs(depthOf(shape, at));
-    if (off > most && !std::binary_search(atEdges.begin(), atEdges.end(), voxelAt(at))) most = off;
+    if (off <= most || std::binary_search(atEdges.begin(), atEdges.end(), voxelAt(at))) continue;
+    if (off <= enough) {
+      most = off;
+      continue;
+    }
+    doubtful.push_back(voxelAt(at));
+    if (double(doubtful.size()) > many) return off;
   }
   return most;
 }
 
 double errorOf(const SurfaceField& field, const PlacedSolid& shape, double enough) {
   const std::vector<Voxel> atEdges = edgeVoxels(shape);
-  const double faces = facesOff(field, shape, atEdges, enough);
-  return faces > enough ? faces : std::max(faces, edgesOff(field.cloud(), shape, atEdges));
+  std::vector<Voxel> doubtful;
+  double most = samplesOff(field, shape, atEdges, enough, doubtful);
+  for (const std::vector<Voxel>& voxels : {atEdges, about(std::move(doubtful))})
+    if (most <= enough) most = std::max(most, coverageOff(field.cloud(), shape, voxels, enough));
+  return most;
 }
 
 // Whether the cloud fills the shape but for a skin of `error` [voxels].
@@ -205,7 +229,7 @@ std::optional<RecognizedShape> recognizedShape(const SurfaceField& field, double
     best->placed.solid = scaled(shape.solid, voxel);
     best->placed.place = {shape.place.orientation, cloud.origin() + voxel * shape.place.position};
   };
-  for (const PlacedSolid& shape : fittedShapes(pieces)) {
+  for (const PlacedSolid& shape : fittedShapes(pieces, within + kFar)) {
     offer(shape);
     if (best && std::holds_alternative<Sphere>(shape.solid)) break;
   }

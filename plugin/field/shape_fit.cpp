@@ -23,6 +23,7 @@ constexpr double kStep = 1e-4;       // of the differences, of a unit of length
 constexpr double kFacing = 0.95;     // cosine: a normal is along an axis
 constexpr double kAcross = 0.3;      // cosine: a normal is across an axis
 constexpr std::size_t kTrials = 60;  // normals that are tried as a box's
+constexpr std::size_t kFew = 200;    // points tell what a body is not
 
 double square(const PlacedSolid& shape, const std::vector<ShapePoint>& surface) {
   double sum = 0, area = 0;
@@ -246,7 +247,7 @@ PlacedSolid revolved(Revolved kind, const Middle& m, const std::vector<ShapePoin
 
 }  // namespace
 
-std::vector<PlacedSolid> fittedShapes(const std::vector<ShapePoint>& surface) {
+std::vector<PlacedSolid> fittedShapes(const std::vector<ShapePoint>& surface, double most) {
   const Middle m = middleOf(surface);
   double radius = 0, area = 0;
   for (const ShapePoint& s : surface) {
@@ -259,8 +260,15 @@ std::vector<PlacedSolid> fittedShapes(const std::vector<ShapePoint>& surface) {
     if (const PlacedSolid guess = revolved(kind, m, surface);
         !std::holds_alternative<Sphere>(guess.solid))
       guesses.push_back(guess);
-  for (PlacedSolid& shape : guesses) shape = refined(shape, surface, m.size);
-  return guesses;
+  std::vector<ShapePoint> few;
+  const std::size_t stride = std::max<std::size_t>(1, surface.size() / kFew);
+  for (std::size_t k = 0; k < surface.size(); k += stride) few.push_back(surface[k]);
+  std::vector<PlacedSolid> fitted;
+  for (const PlacedSolid& guess : guesses) {
+    const PlacedSolid shape = refined(guess, few, m.size);
+    if (square(shape, few) <= most * most) fitted.push_back(refined(shape, surface, m.size));
+  }
+  return fitted;
 }
 
 }  // namespace cloudcontact

@@ -14,7 +14,8 @@ struct ShapePoint {
 };
 
 // One shape of each kind that the points may be of, each the best of its kind: ball, box, cylinder,
-// capsule, cone. Kinds that the points cannot be of are missing; the others may fit badly.
-std::vector<PlacedSolid> fittedShapes(const std::vector<ShapePoint>& surface);
+// capsule, cone. Kinds that the points cannot be of are missing, as are those from which some of
+// the points are farther than `most`, root mean square.
+std::vector<PlacedSolid> fittedShapes(const std::vector<ShapePoint>& surface, double most);
 
 }  // namespace cloudcontact

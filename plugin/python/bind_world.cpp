@@ -48,6 +48,14 @@ void takeLaw(CommonOptions& options, const py::object& law) {
     options.stiffness = f->stiffness, options.damping = f->damping;
 }
 
+// A length [m], or "exact".
+void takeTolerance(CommonOptions& options, const py::object& tolerance) {
+  options.exact = py::isinstance<py::str>(tolerance);
+  if (options.exact && tolerance.cast<std::string>() != "exact")
+    throw std::invalid_argument("tolerance: a length [m], or \"exact\"");
+  options.tolerance = options.exact ? 0 : tolerance.cast<double>();
+}
+
 // Clouds and fields that no world uses any more, of which the next may be made: a script that makes
 // one world after another, each of other bodies, does not keep them all.
 constexpr std::size_t kUnusedShapes = 8;
@@ -66,7 +74,7 @@ void takeWords(WorldSettings& settings, const py::kwargs& words) {
       {"tissues", [&](const py::object& v) { takeTissues(o, v); }},
       {"samples", [&](const py::object& v) { o.samples = v.cast<std::optional<int>>(); }},
       {"reuse", [&](const py::object& v) { o.reuse = v.cast<std::optional<double>>(); }},
-      {"tolerance", [&](const py::object& v) { o.tolerance = v.cast<double>(); }},
+      {"tolerance", [&](const py::object& v) { takeTolerance(o, v); }},
       {"iterations",
        [&](const py::object& v) { settings.iterations = v.cast<std::optional<int>>(); }},
       {"cache",

@@ -23,6 +23,14 @@ inline btTransform at(const btVector3& position,
   return btTransform(rotation, position);
 }
 
+inline std::unique_ptr<CloudShape> exactCloud(const std::shared_ptr<const SurfaceField>& field) {
+  auto shape = std::make_unique<CloudShape>(field);
+  Fidelity fidelity;
+  fidelity.exact = true;
+  shape->setFidelity(fidelity);
+  return shape;
+}
+
 class BulletWorld {
  public:
   explicit BulletWorld(const CloudContactSettings& settings = {}) : clouds(settings) {
@@ -49,9 +57,10 @@ class BulletWorld {
     world.addRigidBody(bodies_.back().get());
     return *bodies_.back();
   }
+  // Meets all others by its voxels, also where it is a ball or a box.
   btRigidBody& addCloud(const std::shared_ptr<const SurfaceField>& field, double mass,
                         const btTransform& place) {
-    return add(std::make_unique<CloudShape>(field), mass, place);
+    return add(exactCloud(field), mass, place);
   }
   btRigidBody& addGround() {
     return add(std::make_unique<btStaticPlaneShape>(btVector3(0, 0, 1), 0), 0, at({0, 0, 0}));

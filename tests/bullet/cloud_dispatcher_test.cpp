@@ -32,7 +32,7 @@ const std::shared_ptr<const SurfaceField>& ballField() {
 }
 
 std::unique_ptr<CloudShape> nut() {
-  return std::make_unique<CloudShape>(nutField());
+  return exactCloud(nutField());
 }
 
 // Turned nuts above one another, which fall into a heap.
@@ -119,7 +119,7 @@ TEST(CloudDispatcher, ShapesOfEveryKindAndASoftSheet) {
   scene.build = [](Stage& stage) {
     stage.addGround();
     pour(stage, 3);
-    stage.add(std::make_unique<CloudShape>(ballField()), 0.02, at(v(0.02, 0, 0.01)));
+    stage.add(exactCloud(ballField()), 0.02, at(v(0.02, 0, 0.01)));
     stage.add(std::make_unique<btBoxShape>(v(0.008, 0.008, 0.008)), 0.05, at(v(0, 0.02, 0.03)));
     stage.add(std::make_unique<btSphereShape>(btScalar(0.008)), 0.05, at(v(0.01, 0, 0.09)));
     stage.add(std::make_unique<btCapsuleShape>(btScalar(0.005), btScalar(0.01)), 0.05,
@@ -140,7 +140,7 @@ void addCompound(Stage& stage, double height) {
   auto* const inner = stage.own(std::make_unique<btCompoundShape>());
   inner->addChildShape(btTransform(btQuaternion(v(1, 0, 0), btScalar(0.3)), v(0.012, 0, 0)),
                        stage.own(nut()));
-  inner->addChildShape(at(v(-0.012, 0, 0)), stage.own(std::make_unique<CloudShape>(ballField())));
+  inner->addChildShape(at(v(-0.012, 0, 0)), stage.own(exactCloud(ballField())));
   auto outer = std::make_unique<btCompoundShape>();
   outer->addChildShape(btTransform(btQuaternion(v(0, 1, 0), btScalar(0.2)), v(0, 0, 0.002)), inner);
   outer->addChildShape(at(v(0, 0, 0.012)),

@@ -18,8 +18,8 @@ using ShapePtr = std::unique_ptr<btCollisionShape>;
 ShapePtr small(const std::string& name) {
   static const auto cube = fieldOf(boxMesh({0.06, 0.06, 0.06}), kVoxel);
   static const auto ball = fieldOf(test::sphereMesh(kHalf, 3), kVoxel);
-  if (name == "cloud cube") return std::make_unique<CloudShape>(cube);
-  if (name == "cloud ball") return std::make_unique<CloudShape>(ball);
+  if (name == "cloud cube") return exactCloud(cube);
+  if (name == "cloud ball") return exactCloud(ball);
   const btScalar h = btScalar(kHalf);
   if (name == "box") return std::make_unique<btBoxShape>(btVector3(h, h, h));
   if (name == "cylinder") return std::make_unique<btCylinderShapeZ>(btVector3(h, h, h));
@@ -29,7 +29,7 @@ ShapePtr small(const std::string& name) {
 // Their top is at z = 0.1.
 ShapePtr large(const std::string& name) {
   static const auto block = fieldOf(boxMesh({0.4, 0.4, 0.2}), kVoxel);
-  if (name == "cloud") return std::make_unique<CloudShape>(block);
+  if (name == "cloud") return exactCloud(block);
   if (name == "plane")
     return std::make_unique<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0.1));
   return std::make_unique<btBoxShape>(btVector3(btScalar(0.2), btScalar(0.2), btScalar(0.1)));

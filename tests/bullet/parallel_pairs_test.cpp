@@ -115,10 +115,10 @@ const std::shared_ptr<const SurfaceField>& ballField() {
 
 // One cloud in the middle, pressed by twelve clouds, hulls, and a flat shape without contact.
 std::vector<btRigidBody*> crowd(Pairs& pairs) {
-  btRigidBody& middle = pairs.body(std::make_unique<CloudShape>(ballField()), at(v(0, 0, 0)));
+  btRigidBody& middle = pairs.body(exactCloud(ballField()), at(v(0, 0, 0)));
   std::vector<btRigidBody*> all{&middle};
   for (int i = 0; i < 12; ++i) {
-    std::unique_ptr<btCollisionShape> shape = std::make_unique<CloudShape>(ballField());
+    std::unique_ptr<btCollisionShape> shape = exactCloud(ballField());
     if (i % 3 == 1) {
       auto hull = std::make_unique<btConvexHullShape>();
       for (int c = 0; c < 8; ++c)

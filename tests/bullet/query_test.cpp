@@ -119,13 +119,13 @@ TEST(Compound, AChildIsTheBareShape) {
       at({btScalar(0.1), btScalar(-0.2), btScalar(0.05)}, btQuaternion({0, 1, 1}, btScalar(0.7)));
   bare.addGround();
   bare.addCloud(ballField(), 1, place);
-  CloudShape shape(ballField());
+  const std::unique_ptr<CloudShape> shape = exactCloud(ballField());
   for (const bool tree : {true, false}) {
     BulletWorld scene;
     scene.addGround();
     auto compound = std::make_unique<btCompoundShape>(tree);
-    compound->addChildShape(at({5, 5, 5}), &shape);  // a second child, far away
-    compound->addChildShape(inner, &shape);
+    compound->addChildShape(at({5, 5, 5}), shape.get());  // a second child, far away
+    compound->addChildShape(inner, shape.get());
     scene.add(std::move(compound), 1, place * inner.inverse());
     for (int i = 0; i < 3; ++i) {
       scene.detect();

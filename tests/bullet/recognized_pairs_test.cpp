@@ -36,6 +36,7 @@ const Fields& fields() {
 
 std::unique_ptr<CloudShape> shapeOf(const std::shared_ptr<const SurfaceField>& field,
                                     double tolerance = 0.4 * kVoxel) {
+  if (tolerance == 0) return exactCloud(field);
   auto shape = std::make_unique<CloudShape>(field);
   shape->setFidelity({tolerance});
   return shape;
@@ -50,9 +51,41 @@ TEST(RecognizedPairs, ShapesAreKnownUntilTheyAreCut) {
   shape->setFidelity({0.4 * kVoxel});
   ASSERT_TRUE(shape->recognized());
   EXPECT_STREQ(shapeName(shape->recognized()->placed.solid), "ball");
-  shape->setFidelity({0});
-  EXPECT_FALSE(shape->recognized());
   EXPECT_THROW(shape->setFidelity({-1}), std::invalid_argument);
+}
+
+// Without a setting a body is what its voxels tell, and with `exact` always a cloud.
+TEST(RecognizedPairs, ShapesAreKnownWithoutASetting) {
+  CloudShape box(fields().box);
+  ASSERT_TRUE(box.recognized());
+  EXPECT_STREQ(shapeName(box.recognized()->placed.solid), "box");
+  EXPECT_LT(box.recognized()->error, 0.15 * kVoxel);
+  const std::shared_ptr<CloudShape> exact = exactCloud(fields().box);
+  EXPECT_FALSE(exact->recognized());
+  Fidelity both{0.4 * kVoxel};
+  both.exact = true;
+  EXPECT_THROW(exact->setFidelity(both), std::invalid_argument);
+  CloudContactSettings settings;
+  settings.fidelity = both;
+  EXPECT_THROW(CloudContact{settings}, std::invalid_argument);
+}
+
+// Two boxes that start where their faces touch: all of the faces bear, not the strip that rounding
+// makes touch first.
+TEST(RecognizedPairs, FacesThatTouchBearAtOnce) {
+  for (const bool exact : {false, true}) {
+    CloudContactSettings settings;
+    settings.fidelity.exact = exact;
+    BulletWorld world(settings);
+    world.addGround();
+    btRigidBody& body =
+        world.add(std::make_unique<CloudShape>(fields().box), 1, at({0, 0, btScalar(0.3)}));
+    for (int i = 0; i < 60; ++i) {
+      world.step(1.0 / 60);
+      ASSERT_LT(body.getAngularVelocity().length(), 0.1) << exact << ", step " << i;
+    }
+    EXPECT_EQ(world.clouds.statistics().shapes, exact ? 0u : 60u);
+  }
 }
 
 // What a pair of bodies answers in one step, at a stated stiffness.

@@ -91,10 +91,9 @@ class MixedWorld {
     world_.addConstraint(joints_.back().get(), true);
   }
   void addClouds() {
-    add(std::make_unique<CloudShape>(cubeField()), 1, at({0, 10, btScalar(0.5)}))
-        .setLinearVelocity({2, 1, 0});
-    add(std::make_unique<CloudShape>(cubeField()), 0, at({10, 10, btScalar(0.5)}));
-    add(std::make_unique<CloudShape>(cubeField()), 5, at({10, 10, btScalar(1.5)}));
+    add(exactCloud(cubeField()), 1, at({0, 10, btScalar(0.5)})).setLinearVelocity({2, 1, 0});
+    add(exactCloud(cubeField()), 0, at({10, 10, btScalar(0.5)}));
+    add(exactCloud(cubeField()), 5, at({10, 10, btScalar(1.5)}));
     addBox({btScalar(0.5), btScalar(0.5), btScalar(0.5)}, 1, at({10, 10, btScalar(2.5)}));
   }
 

@@ -106,7 +106,7 @@ TEST(TriangleShapes, LawsTissuesAndBaseVectorsAreThoseOfAPlane) {
       Wrench found[2];
       for (int k = 0; k < 2; ++k) {
         GroundWorld world(k ? bvhShape(groundMesh(90)) : plane(), c.settings);
-        auto shape = std::make_unique<CloudShape>(cloud.field);
+        auto shape = exactCloud(cloud.field);
         shape->setTissues(c.tissues);
         PaperSettings paper;
         paper.window = sphereWindow(shape->cloud().voxelSize());

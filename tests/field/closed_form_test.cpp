@@ -25,7 +25,7 @@ TEST(ClosedForm, RaysPassItWhereItsDepthIsZero) {
   for (const Mesh& mesh : {sphereMesh(0.3, 1e-4), boxMesh({0.6, 0.5, 0.4}),
                            test::meshOf(test::prismHull(6, 0.25, 0.3))}) {
     const auto field = fieldOf(mesh, 0.02);
-    const PlacedSolid& form = *closedForm(*field);
+    const PlacedSolid& form = closedForm(*field)->placed;
     for (int i = 0; i < 300; ++i) {
       const Vec3 from = 0.8 * (random.inCube() - Vec3(0.5, 0.5, 0.5)),
                  to = 0.8 * (random.inCube() - Vec3(0.5, 0.5, 0.5));
@@ -54,14 +54,14 @@ TEST(ClosedForm, RaysPassItWhereItsDepthIsZero) {
 
 TEST(ClosedForm, BallsAndBoxesHaveOneToriAndWhatWasCutHaveNone) {
   const auto ball = fieldOf(sphereMesh(0.3, 1e-4), 0.02);
-  const PlacedSolid* const form = closedForm(*ball);
+  const RecognizedShape* const form = closedForm(*ball);
   ASSERT_TRUE(form);
-  ASSERT_TRUE(std::holds_alternative<Sphere>(form->solid));
-  EXPECT_NEAR(std::get<Sphere>(form->solid).radius, 0.3, 0.002);
+  ASSERT_TRUE(std::holds_alternative<Sphere>(form->placed.solid));
+  EXPECT_NEAR(std::get<Sphere>(form->placed.solid).radius, 0.3, 0.002);
   EXPECT_TRUE(closedForm(*fieldOf(boxMesh({0.6, 0.5, 0.4}), 0.02)));
   const auto block = fieldOf(test::meshOf(test::prismHull(6, 0.25, 0.3)), 0.02);
   ASSERT_TRUE(closedForm(*block));
-  EXPECT_TRUE(std::holds_alternative<Hull>(closedForm(*block)->solid));
+  EXPECT_TRUE(std::holds_alternative<Hull>(closedForm(*block)->placed.solid));
   const Mesh torus = revolvedMesh(96, 48, true, [](double angle, double along) {
     const double turn = 2 * std::numbers::pi * along, r = 0.3 + 0.1 * std::cos(turn);
     return Vec3(r * std::cos(angle), r * std::sin(angle), 0.1 * std::sin(turn));

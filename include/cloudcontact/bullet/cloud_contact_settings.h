@@ -34,7 +34,7 @@ struct CloudContactSettings {
   // only those that their spring would push out faster. Infinite: the spring does. Positive.
   double leavingSpeed = 1;
   // The tolerance of shapes that state none (CloudShape::setFidelity), except that it makes no
-  // shape a ball or a box; and a budget for all pairs.
+  // shape a ball or a box; a budget for all pairs; and whether all are exact.
   Fidelity fidelity = {};
   // Told of each kind of failure (CloudContactStatistics::failures) once, and of each kind of body
   // that turns wrongly (diagnose()), which is no failure. From the thread that meets it, during a
