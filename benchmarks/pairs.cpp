@@ -71,6 +71,7 @@ struct Probed {
 Timer probed(const program::BulletShape& a, const program::BulletShape& b, const Case& pair,
              Method method, bool rests = false) {
   CloudContactSettings law{KelvinVoigt{1e4, 0}};
+  law.fidelity.exact = true;
   if (!rests) law.reuseMotion = 0;
   const auto made = std::make_shared<Probed>(a, b, pair.pose, method, law);
   const double jitter = kJitter * pair.voxel;

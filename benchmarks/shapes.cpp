@@ -53,7 +53,10 @@ enum class Method { Cloud, Shape, Primitive };
 std::shared_ptr<btCollisionShape> shapeOf(const Kind& kind, Method method, double tolerance) {
   if (method == Method::Primitive) return kind.primitive;
   auto shape = std::make_shared<CloudShape>(kind.field);
-  if (method == Method::Shape) shape->setFidelity({tolerance});
+  Fidelity fidelity;
+  fidelity.exact = method == Method::Cloud;
+  if (!fidelity.exact) fidelity.tolerance = tolerance;
+  shape->setFidelity(fidelity);
   if (method == Method::Shape && !shape->recognized()) std::printf("%s: no shape!\n", kind.name);
   return shape;
 }

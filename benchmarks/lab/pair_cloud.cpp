@@ -88,7 +88,8 @@ LabPair pairOf(const std::shared_ptr<const Side>& a, const std::shared_ptr<const
     // The probe has A's grid at the origin.
     const Pose seen = a->grid.inverse() * pose * b->grid;
     CloudContactSettings law{KelvinVoigt{1e4, 0}};
-    law.reuseMotion = 0;  // every call searches
+    law.fidelity.exact = true;  // the voxels' own contact
+    law.reuseMotion = 0;        // every call searches
     PairProbe probe(*a->shape, *b->shape, seen, Motion{}, method, law);
     return probe.microseconds(repeat, jitter);
   };

@@ -41,6 +41,7 @@ TEST(PairProbe, BulletsManifoldsHoldTheFindersContact) {
   const double voxel = 0.001;
   const auto box = fieldOf("box:0.03,0.03,0.02", voxel), sphere = fieldOf("sphere:0.016", voxel);
   CloudShape boxShape(box), sphereShape(sphere);
+  for (CloudShape* const shape : {&boxShape, &sphereShape}) shape->setFidelity({0, 0, true});
   Pose pose;
   pose.position = Vec3(0.004, -0.003, 0.0254);
   pose.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()));

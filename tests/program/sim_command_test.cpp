@@ -118,9 +118,14 @@ TEST_F(CommandTest, AStepOfFewPairsNeedsNoDevice) {
 TEST_F(CommandTest, ExplainsWhatItModelled) {
   const Json plain = Json::parse(run({"simulate", scene(), "--seconds", "0.5", "--json"}));
   EXPECT_FALSE(plain.contains("explain"));
-  const Json json =
+  const Json asShapes =
       Json::parse(run({"simulate", scene(), "--seconds", "0.5", "--json", "--explain"}));
-  EXPECT_EQ(json["hash"], plain["hash"]);
+  EXPECT_EQ(asShapes["hash"], plain["hash"]);
+  EXPECT_NE(asShapes["explain"][0]["used"].get<std::string>().find("contacts of"),
+            std::string::npos);
+  const Json json = Json::parse(run(
+      {"simulate", scene(), "--seconds", "0.5", "--json", "--explain", "--tolerance", "exact"}));
+  EXPECT_NE(json["hash"], plain["hash"]);
   ASSERT_EQ(json["explain"].size(), 1u);
   const Json& row = json["explain"][0];
   const std::string pair = row["a"].get<std::string>() + row["b"].get<std::string>();

@@ -244,10 +244,12 @@ TEST(StaticShape, MeetsACloudAsBulletsOwnShapeDoes) {
   for (const Spot& spot : spots()) {
     SCOPED_TRACE(spot.name);
     Digitized digitized;
-    World world(pressed(spot), digitized.settings(kBallVoxel));
+    WorldSettings settings = digitized.settings(kBallVoxel), same = voxels(kBallVoxel);
+    settings.common.exact = same.common.exact = true;  // not as a ball
+    World world(pressed(spot), settings);
     EXPECT_EQ(digitized.names(), std::vector<std::string>{"ball"});
     world.findContacts();
-    World other(pressed(spot), voxels(kBallVoxel));
+    World other(pressed(spot), same);
     btCollisionObject& solid = *other.bullet().getCollisionObjectArray()[1];
     ASSERT_TRUE(solid.isStaticObject());
     solid.setCollisionShape(spot.own.get());
