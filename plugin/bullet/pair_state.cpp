@@ -26,29 +26,8 @@ constexpr double kSupportVoxels = 0.1;
 // [voxels per step] What touches and moves by less rests: the fits' noise moves it by as much.
 constexpr double kRestsVoxels = 0.01;
 
-// [voxels] Pairs that touch by less than the first and close by more than the second in a step get
-// points for what is about to touch beside what does (ContactFinder::lookAround()). Slower ones
-// turn by less than the fits' noise until they are seen again.
-constexpr double kLightly = 0.1, kCloses = 0.01;
-
 // [voxels] WriteSettings::together; the fits' noise is 1e-4.
 constexpr double kTogether = 0.001;
-
-// Whether bodies that touch lightly close by so much within the step that what has not touched yet
-// may touch as well. `gains`: speed that A gains over B in the step.
-bool closesLightly(double step, const Vec3& gains, const PairQuery& query,
-                   const ContactResult& found) {
-  if (!touches(found)) return false;
-  double deepest = -1e30, closes = 0;
-  for (const ContactPoint& point : found.points) {
-    const Vec3 meeting =
-        query.a.motion.at(point.position) - query.b.motion.at(point.position) + gains;
-    deepest = std::max(deepest, point.depth);
-    closes = std::max(closes, step * meeting.dot(point.normal));
-  }
-  return deepest < kLightly * query.voxel && closes > 0.5 * deepest &&
-         closes > kCloses * query.voxel;
-}
 
 // Whether the bodies hardly move against each other.
 bool stands(const PairStep& step) {
@@ -130,11 +109,11 @@ void PairState::lookBeside(PairStep& step) {
 bool PairState::lookAtEnd(PairStep& step, const btCollisionObjectWrapper& a,
                           const btCollisionObjectWrapper& b) {
   PairQuery& query = step.query;
-  if (!turnsWithin(step.ahead(), query, step.contact, a, b)) return false;
+  if (!step.touches() || !turnsWithin(step.ahead(), query, step.contact, a, b)) return false;
   step.turn = turnOn(step.ahead(), query, step.touch);
   if (step.how != Answer::Shapes) {
     if (finder.searchTouch(query.a, query.b, query.settings, step.contact)) return true;
-  } else if (ContactResult end; findByShapes(query, false, end) && touches(end)) {
+  } else if (ContactResult end; findByShapes(query, false, end) && depthOf(end) > 0) {
     step.contact = std::move(end);
     return true;
   }
@@ -151,7 +130,7 @@ void PairState::lookFurther(PairStep& step, const btCollisionObjectWrapper& a,
   const bool byShapes = step.how == Answer::Shapes;
   Vec3 gains = Vec3::Zero();  // what meets anew meets by its weight, too
   if (byShapes && !touched) gains = step.ahead() * (query.pull[0] - query.pull[1]);
-  const bool lightly = closesLightly(step.ahead(), gains, query, step.contact);
+  const bool lightly = step.touches() && closesLightly(step.ahead(), gains, query, step.contact);
   if (byShapes) {
     if (lightly) findByShapes(query, true, step.contact);
     return;
@@ -179,7 +158,7 @@ void PairState::find(PairStep& step, const btCollisionObjectWrapper& a,
     lookAhead->countTaken();
   else
     search(step, a, b);
-  if (!step.turn || touches(step.contact)) return;
+  if (!step.turn || step.touches()) return;
   turnBack(*step.turn, query, step.touch);
   step.turn.reset();
   search(step, a, b);
@@ -232,7 +211,7 @@ void PairState::adjust(PairStep& step, const btCollisionObjectWrapper& a,
     finder.giveIds(step.contact);
   if (hasLevels && step.isStep) levels.fade(step.contact);
   if (!step.isStep) return;
-  touched = touches(step.contact);
+  touched = step.touches();
   apart = step.query.a.field && step.query.b.field && !touched;
   const double place = kSupportVoxels * step.query.voxel;
   held = holdsWeight(step.query, step.contact, -place, -place);

@@ -23,6 +23,10 @@ struct PairStep {
   std::optional<Turn> turn;       // of what turns: where it was before
   std::optional<bool> keepsAwake;  // write: whether the bodies must not fall asleep; empty: not yet
   double earlier = 0;              // [s] of computing ahead of Bullet's walk
+  // Whether the bodies touch there; else its points say where they come near.
+  bool touches() const {
+    return how == Answer::Shapes ? depthOf(contact) > 0 : contact.samples > 0;
+  }
   PairSides sides(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) const {
     return {&a, &b, query.a.motion, query.b.motion, query.mass, touch ? &*touch : nullptr};
   }

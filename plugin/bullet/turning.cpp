@@ -27,6 +27,11 @@ constexpr double kDeep = 2;
 // flanks holds itself in balance.
 constexpr double kSteady = 6;
 
+// [voxels] Pairs that touch by less than the first and close by more than the second in a step get
+// points for what is about to touch beside what does (ContactFinder::lookAround()). Slower ones
+// turn by less than the fits' noise until they are seen again.
+constexpr double kLightly = 0.1, kClosesLightly = 0.01;
+
 struct Turning {
   double by = 0, closes = 0, depth = 0;  // [m]
   double along = 0;                      // [m/s]
@@ -80,8 +85,20 @@ bool turnsSo(const Turning& turning, double push, double step, const PairQuery& 
 
 bool turnsWithin(double step, const PairQuery& query, const ContactResult& found,
                  const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) {
-  return touches(found) &&
-         turnsSo(turningOf(query, found, step), pushOf(query, found), step, query, a, b);
+  return turnsSo(turningOf(query, found, step), pushOf(query, found), step, query, a, b);
+}
+
+bool closesLightly(double step, const Vec3& gains, const PairQuery& query,
+                   const ContactResult& found) {
+  double deepest = -1e30, closes = 0;
+  for (const ContactPoint& point : found.points) {
+    const Vec3 meeting =
+        query.a.motion.at(point.position) - query.b.motion.at(point.position) + gains;
+    deepest = std::max(deepest, point.depth);
+    closes = std::max(closes, step * meeting.dot(point.normal));
+  }
+  return deepest < kLightly * query.voxel && closes > 0.5 * deepest &&
+         closes > kClosesLightly * query.voxel;
 }
 
 TurningPlace turningPlace(double step, const PairQuery& query, const ContactResult& found) {

@@ -20,12 +20,16 @@ struct TurningPlace {
   }
 };
 
-// Whether the pair turns so far within a step of `step` seconds that its contact, `found` now, is
-// better looked up at the step's end. Not what rolls, bounces, meets at a speed, or is deep in each
-// other.
+// Whether a pair that touches turns so far within a step of `step` seconds that its contact,
+// `found` now, is better looked up at the step's end. Not what rolls, bounces, meets at a speed, or
+// is deep in each other.
 bool turnsWithin(double step, const PairQuery& query, const ContactResult& found,
                  const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
 
+// Whether bodies that touch lightly close by so much within the step that what has not touched yet
+// may touch as well. `gains`: speed that A gains over B in the step.
+bool closesLightly(double step, const Vec3& gains, const PairQuery& query,
+                   const ContactResult& found);
 // Of a contact that turns: the place where it does most.
 TurningPlace turningPlace(double step, const PairQuery& query, const ContactResult& found);
 // Whether a pair that turned there in the last step is likely to do so in this one, and to touch at

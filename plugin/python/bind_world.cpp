@@ -318,7 +318,8 @@ void bindWorld(py::module_& module) {
            "Further keywords: method (\"cloud\", \"paper\", or Bullet's \"gjk\", \"gimpact\",\n"
            "\"hacd\", \"primitive\"), backend (\"cpu\", \"opencl\"), threads (0: all cores), unit\n"
            "(of the files of a scene file), shell [m], law, friction (of all pairs), tissues (a\n"
-           "list of Tissue, \"dental\" or a JSON file), samples, reuse [voxels], tolerance [m],\n"
+           "list of Tissue, \"dental\" or a JSON file), samples, reuse [voxels], tolerance ([m], or\n"
+           "\"exact\"),"
            "iterations (of the solver), sleep, cache (True: worlds that live at the same time\n"
            "share clouds and fields, and files keep these between runs, see CLOUDCONTACT_CACHE;\n"
            "False: neither). Raises ValueError that names the body, file or setting.")

@@ -127,10 +127,6 @@ struct ContactResult {
 // [m] The pair's depth: that of its patches, weighed by their stiffness; negative: a gap. 0 without
 // a contact.
 double depthOf(const ContactResult& contact);
-// Whether the bodies touch; else its points say where they come near.
-inline bool touches(const ContactResult& contact) {
-  return contact.samples > 0 || depthOf(contact) > 0;
-}
 
 // The Kelvin-Voigt force of the points on B, and its torque about the world's origin.
 Wrench wrenchOnB(const ContactResult& contact, const Motion& a, const Motion& b);
