@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "field/closed_form.h"
 #include "field/mesh_field.h"
 #include "law/hulls.h"
 #include "mesh/test_meshes.h"
@@ -90,6 +91,7 @@ TEST_P(RecognizedKind, IsFoundInAnyPoseAndSize) {
     EXPECT_EQ(found->placed.solid.index(), solid.index());
     EXPECT_LE(found->error, 0.3 * voxel);
     EXPECT_LE(farthest(mesh, found->placed), 0.05 * voxel) << trial;
+    EXPECT_TRUE(closedForm(*field)) << trial << ": the cloud's own error";
   }
 }
 
