@@ -1,5 +1,4 @@
-// What Bullet's queries are told: the points of a contact, or the gap of two bodies that do not
-// touch.
+// Answers to Bullet's queries: the points of a contact, or the smallest gap between two bodies.
 #pragma once
 
 #include <cloudcontact/contact/contact.h>

@@ -128,11 +128,13 @@ void PairState::lookFurther(PairStep& step, const btCollisionObjectWrapper& a,
   PairQuery& query = step.query;
   if (lookAtEnd(step, a, b)) return;
   const bool byShapes = step.how == Answer::Shapes;
-  Vec3 gains = Vec3::Zero();  // what meets anew meets by its weight, too
+  // The contact of the last step already bears the weight. A new one does not, so gravity counts.
+  Vec3 gains = Vec3::Zero();
   if (byShapes && !touched) gains = step.ahead() * (query.pull[0] - query.pull[1]);
   const bool lightly = step.touches() && closesLightly(step.ahead(), gains, query, step.contact);
   if (byShapes) {
-    if (lightly) findByShapes(query, true, step.contact);
+    ContactResult whole;
+    if (lightly && findByShapes(query, true, whole)) step.contact = std::move(whole);
     return;
   }
   if (lightly)

@@ -1,8 +1,9 @@
-// Pairs that turn while they slide. A solver's row is a line over the step, along the normal at its
-// beginning. But the normal turns with a body while the other moves along it, and the gap closes or
-// opens by more than the row tells. Each next query sees that, but no row's damping does. So such a
-// pair gets the contact that it has at the step's end if it moves on as it does, brought back to
-// its beginning (Touch).
+// What a pair's motion within the step changes of its contact. closesLightly(): faces that are
+// about to meet. The rest: pairs that turn while they slide. A solver's row is a line over the
+// step, along the normal at its beginning. But the normal turns with a body while the other moves
+// along it, and the gap closes or opens by more than the row tells. Each next query sees that, but
+// no row's damping does. So such a pair gets the contact that it has at the step's end if it moves
+// on as it does, brought back to its beginning (Touch).
 #pragma once
 
 #include "bullet/pair_query.h"

@@ -311,19 +311,19 @@ void bindWorld(py::module_& module) {
   bindWorldBody(module);
   py::class_<ScriptedWorld, Scripted> world(module, "World", "A scene that runs in Bullet.");
   world
-      .def(py::init(&makeWorld), "scene"_a, "voxel"_a = py::none(), "progress"_a = py::none(),
-           "scene: a Scene, or an SDFormat or URDF file. voxel: edge of a voxel [m]; none: the\n"
-           "least that is suggested for a moving body (Mesh.suggested_voxel). progress: see\n"
-           "digitize().\n\n"
-           "Further keywords: method (\"cloud\", \"paper\", or Bullet's \"gjk\", \"gimpact\",\n"
-           "\"hacd\", \"primitive\"), backend (\"cpu\", \"opencl\"), threads (0: all cores), unit\n"
-           "(of the files of a scene file), shell [m], law, friction (of all pairs), tissues (a\n"
-           "list of Tissue, \"dental\" or a JSON file), samples, reuse [voxels], tolerance ([m], "
-           "or\n"
-           "\"exact\"),"
-           "iterations (of the solver), sleep, cache (True: worlds that live at the same time\n"
-           "share clouds and fields, and files keep these between runs, see CLOUDCONTACT_CACHE;\n"
-           "False: neither). Raises ValueError that names the body, file or setting.")
+      .def(
+          py::init(&makeWorld), "scene"_a, "voxel"_a = py::none(), "progress"_a = py::none(),
+          "scene: a Scene, or an SDFormat or URDF file. voxel: edge of a voxel [m]; none: the\n"
+          "least that is suggested for a moving body (Mesh.suggested_voxel). progress: see\n"
+          "digitize().\n\n"
+          "Further keywords: method (\"cloud\", \"paper\", or Bullet's \"gjk\", \"gimpact\",\n"
+          "\"hacd\", \"primitive\"), backend (\"cpu\", \"opencl\"), threads (0: all cores), unit\n"
+          "(of the files of a scene file), shell [m], law, friction (of all pairs), tissues (a\n"
+          "list of Tissue, \"dental\" or a JSON file), samples, reuse [voxels],\n"
+          "tolerance ([m], or \"exact\"), iterations (of the solver), sleep, cache (True: worlds\n"
+          "that live at the same time share clouds and fields, and files keep these between runs,\n"
+          "see CLOUDCONTACT_CACHE; False: neither). Raises ValueError that names the body, file\n"
+          "or setting.")
       .def("__len__", inTurn([](const ScriptedWorld& w) { return w.world->bodyCount(); }))
       .def(
           "__getitem__",

@@ -158,7 +158,9 @@ TEST(RecognizedPairs, OthersMeetAsClouds) {
   CloudContactSettings area;
   area.law = Foundation{1e6, 0};
   EXPECT_EQ(pressed({}, pair).shapes, 1u);
-  for (const Pressed& other : {pressed(area, pair), pressed({}, stated)}) {
+  CloudContactSettings exact;
+  exact.fidelity.exact = true;
+  for (const Pressed& other : {pressed(area, pair), pressed({}, stated), pressed(exact, pair)}) {
     EXPECT_EQ(other.shapes, 0u);
     EXPECT_EQ(other.pairs, 1u);
     EXPECT_FALSE(other.points.empty());
