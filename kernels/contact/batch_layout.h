@@ -11,6 +11,7 @@
 #define CC_GROUP 128       // work-items that search or sort for one pair
 #define CC_TEAM 32         // work-items that grow a pair's patches, sum hits, or place points
 #define CC_TEAMS_A_PAIR 8  // that sum hits
+#define CC_LINING_UP 4     // teams that line up the hits of a patch
 #define CC_NEIGHBORS 64    // most neighbors of a bin
 // Most bins of a pair: a table of keys, twice as large, is in local memory.
 #define CC_MOST_BINS 1024

@@ -54,7 +54,7 @@ CcLeast ccLeastOf(__local CcLeast* room, uint of, CcLeast own) {
 }
 #endif
 
-// Lines up the hits of patches, bin by bin: where each is, and its sample's width, which is no
+// Lines up the hits of patches, bin by bin, each by CC_LINING_UP teams: where each is, and its sample's width, which is no
 // number if the hit is none (ccTryHit()); and its normals (CcFacing).
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccLineUp(
     __global const CcPair* pairs, __global const CcResults* results,
@@ -64,8 +64,8 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccLineUp(
   __local uint ends[CC_TEAM];
   __local CcBin own[CC_TEAM];
   const uint lid = get_local_id(0), all = results->counters[CC_CONTACTS];
-  for (uint k = get_group_id(0); k < all; k += get_num_groups(0)) {
-    const CcListed from = listed[k];
+  for (uint k = get_group_id(0); k < CC_LINING_UP * all; k += get_num_groups(0)) {
+    const CcListed from = listed[k / CC_LINING_UP];
     __global const CcDirection* ways = pairs[from.pair].ways;
     __global const uint* list = order + ways[0].hits;
     const CcGrown queue = grown[from.patch];
@@ -79,7 +79,8 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccLineUp(
       barrier(CLK_LOCAL_MEM_FENCE);
       ends[lid] = end;
       barrier(CLK_LOCAL_MEM_FENCE);
-      for (uint i = lid; i < ends[CC_TEAM - 1]; i += CC_TEAM) {
+      for (uint i = k % CC_LINING_UP * CC_TEAM + lid; i < ends[CC_TEAM - 1];
+           i += CC_LINING_UP * CC_TEAM) {
         const uint j = ccRunOf(ends, CC_TEAM, i), n = own[j].end + i - ends[j];
         const int side = n < own[j].middle ? 0 : 1;
         const size_t room = ways[side].room;

@@ -238,8 +238,8 @@ void OpenClBatch::makePoints(const cl::Buffer& bins, const cl::Buffer& grown,
   run({"ccForces", count_ * CC_TEAM, CC_TEAM}, pairs, results, patches, forces, wholes, listed,
       placed, fields_->table(), fields_->data(), fields_->data(), found_.buffer(), hitBuffer,
       shapes_.buffer(), static_cast<cl_uint>(clouds_));
-  run({"ccLineUp", teams, CC_TEAM}, pairs, results, listed, queues, grown, bins, hitBuffer,
-      order_.buffer(), places, facing);
+  run({"ccLineUp", std::min(kMaxItems, CC_LINING_UP * teams), CC_TEAM}, pairs, results, listed,
+      queues, grown, bins, hitBuffer, order_.buffer(), places, facing);
   findNearest(-1);
   run({"ccPlans", items, CC_TEAM}, pairs, results, patches, forces, listed, placed);
   for (cl_int round = 0; round < CC_WET_ROUNDS; ++round) {
