@@ -23,6 +23,9 @@ namespace cloudcontact::program {
 namespace {
 
 constexpr double kMeshTolerance = 0.002;  // of primitives' meshes [voxels]
+// A static mesh so many times as long as the longest body that moves needs no voxels: about a
+// hundredth of its surface is touched at a time, and voxels of all would take most of the start.
+constexpr double kLarge = 10;
 
 std::string keyOfVector(const Vec3& v) {
   std::ostringstream key;
@@ -97,9 +100,13 @@ bool isPlane(const SceneGeometry& geometry) {
 
 SceneTraits traitsOf(const SceneDescription& scene) {
   SceneTraits traits;
+  std::set<std::string> known;
   for (const SceneBody& body : scene.bodies) {
     traits.deforms |= body.isSoft();
     traits.compounds |= body.collisions.size() > 1;
+    for (const SceneCollision& collision : body.collisions)
+      if (!body.isStatic && known.insert(keyOf(collision.geometry)).second)
+        traits.moving.emplace_back(collision.geometry, body.name);
   }
   return traits;
 }
@@ -172,7 +179,9 @@ SceneClouds::SceneClouds(const CommonOptions& options, double voxel,
 bool SceneClouds::meetsAsShape(const SceneCollision& collision, const SceneBody& body) {
   if (isPlane(collision.geometry)) return true;
   if (!body.isStatic) return false;
-  if (isMesh(collision.geometry) && (options_.shell || !isOpenMesh(collision.geometry, body.name)))
+  if (isMesh(collision.geometry) &&
+      (options_.shell ||
+       !(isOpenMesh(collision.geometry, body.name) || isLarge(collision.geometry, body.name))))
     return false;
   const bool needsVoxels = traits_.deforms || collision.isCuttable || collision.cutter ||
                            options_.method == Method::Paper || collision.paper.isGiven() ||
@@ -214,6 +223,28 @@ const SceneClouds::Mended& SceneClouds::mendedMesh(const SceneGeometry& geometry
 
 bool SceneClouds::isOpenMesh(const SceneGeometry& geometry, const std::string& body) {
   return isMesh(geometry) && !isDigital(geometry, body) && mendedMesh(geometry, body).isSheet;
+}
+
+// The diagonal [m].
+double SceneClouds::sizeOf(const SceneGeometry& geometry, const std::string& body) {
+  if (isPlane(geometry)) return 0;
+  if (!isMesh(geometry)) return boundsOf(analytic(geometry)).diagonal().norm();
+  const auto& named = std::get<SceneMesh>(geometry);
+  const Body* known = file(geometry, body);
+  Body made;
+  if (!known) made.mesh = *named.mesh;
+  const Vec3 size = boundsOf(known ? *known : made).diagonal();
+  return size.cwiseProduct(named.scale).norm();
+}
+
+bool SceneClouds::isLarge(const SceneGeometry& geometry, const std::string& body) {
+  if (isDigital(geometry, body) || traits_.moving.empty()) return false;
+  if (!largestMoving_) {
+    largestMoving_ = 0;
+    for (const auto& [moving, name] : traits_.moving)
+      largestMoving_ = std::max(*largestMoving_, sizeOf(moving, name));
+  }
+  return sizeOf(geometry, body) > kLarge * *largestMoving_;
 }
 
 std::shared_ptr<const Mesh> SceneClouds::triangles(const SceneGeometry& geometry,
@@ -358,8 +389,8 @@ PlacedLevels SceneClouds::levels(const SceneGeometry& geometry, const Pose& pose
 }
 
 TissueTable SceneClouds::tissues(const SceneCollision& collision, const std::string& body) {
-  std::vector<std::string> parts;  // a primitive is one, and so is a sheet
-  if (isMesh(collision.geometry) && !isOpenMesh(collision.geometry, body))
+  std::vector<std::string> parts;  // a primitive is one, and so is a mesh that has no others
+  if (isDigital(collision.geometry, body) || !this->parts(collision.geometry, body).empty())
     parts = cloud(collision.geometry, collision.pose, body).cloud.materials();
   if (collision.tissues.empty()) return tissues_.of(body, parts);
   if (!table_) table_ = tableOf(options_.tissues, "dental");

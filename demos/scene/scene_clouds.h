@@ -41,6 +41,8 @@ struct PlacedLevels {
 struct SceneTraits {
   bool deforms = false;    // a body
   bool compounds = false;  // there are bodies of several collisions
+  // Of the bodies that move, each once, with a body that has it.
+  std::vector<std::pair<SceneGeometry, std::string>> moving = {};
 };
 SceneTraits traitsOf(const SceneDescription& scene);
 
@@ -53,13 +55,16 @@ class SceneClouds {
               const SceneTraits& traits);
 
   // Whether clouds meet the collision as the exact shape that it was given as, so that contacts
-  // need no voxels of it: a plane, or a static body's primitive, or its mesh if that is a sheet and
-  // no thickness is stated (--shell). But voxels alone cut, are cut, are of a tissue, have base
-  // vectors or meet bodies that deform, and a tolerance of 0 asks for them.
+  // need no voxels of it: a plane, or a static body's primitive, or its mesh if that is a sheet or
+  // far larger than what moves, and no thickness is stated (--shell). But voxels alone cut, are
+  // cut, are of a tissue, have base vectors or meet bodies that deform, and a tolerance of 0 asks
+  // for them.
   bool meetsAsShape(const SceneCollision& collision, const SceneBody& body);
   // A mesh as it is, mended.
   std::shared_ptr<const Mesh> triangles(const SceneGeometry& geometry, const std::string& body);
 
+  // A mesh without an inside.
+  bool isOpenMesh(const SceneGeometry& geometry, const std::string& body);
   // Points, voxels, a volume or another digital object: there is no mesh.
   bool isDigital(const SceneGeometry& geometry, const std::string& body);
   // Not for a plane or a digital object. A sheet becomes a shell.
@@ -88,7 +93,9 @@ class SceneClouds {
   };
   const Body* file(const SceneGeometry& geometry, const std::string& body);
   const Mended& mendedMesh(const SceneGeometry& geometry, const std::string& body);
-  bool isOpenMesh(const SceneGeometry& geometry, const std::string& body);
+  // Whether it is much larger than all that moves, so that few of its voxels would ever touch.
+  bool isLarge(const SceneGeometry& geometry, const std::string& body);
+  double sizeOf(const SceneGeometry& geometry, const std::string& body);
   Cloud digitized(const SceneGeometry& geometry, const Pose& turn, const std::string& body);
   Cloud objectCloud(const SceneMesh& geometry, const std::string& body);
   std::vector<NamedMesh> parts(const SceneGeometry& geometry, const std::string& body);
@@ -97,8 +104,9 @@ class SceneClouds {
   double voxel_;
   std::shared_ptr<ShapeStore> store_;
   SceneTraits traits_;
-  BodyTissues tissues_;               // by --tissue
-  std::optional<TissueTable> table_;  // of elements; read when first needed
+  std::optional<double> largestMoving_;  // sizeOf()
+  BodyTissues tissues_;                  // by --tissue
+  std::optional<TissueTable> table_;     // of elements; read when first needed
   std::map<std::string, Body> files_;
   std::map<std::string, Mended> mended_;
   std::map<std::string, std::shared_ptr<const Mesh>> meshes_, drawn_;

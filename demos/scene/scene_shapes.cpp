@@ -229,9 +229,12 @@ BulletShape SceneShapes::bulletShape(const SceneGeometry& geometry, const Pose& 
              return {bare.keep, compound};
            }
            if (usesClouds(options_.method)) {
-             std::cerr << "cloudcontact: body '" << body
-                       << "' has no inside and stands still: bodies meet its triangles (--shell "
-                          "makes it a shell)\n";
+             std::cerr << "cloudcontact: body '" << body << "' "
+                       << (clouds_.isOpenMesh(geometry, body)
+                               ? "has no inside and stands still: bodies meet its triangles "
+                                 "(--shell makes it a shell)\n"
+                               : "is large and stands still: bodies meet its triangles "
+                                 "(<cloudcontact:tolerance>0 makes voxels)\n");
              return trianglesShape(*clouds_.triangles(geometry, body));
            }
            const Mesh at = moved(*clouds_.mesh(geometry, body), pose);
@@ -263,7 +266,8 @@ void SceneShapes::addPart(const SceneCollision& collision, const SceneBody& body
     const auto [field, place] = shownField(collision, placed, body.name);
     out.drawn.clouds.push_back({field, out.frame * place});
   }
-  if (clouds_.isDigital(collision.geometry, body.name) || meetsAsTriangles(collision, body))
+  if (clouds_.isDigital(collision.geometry, body.name) ||
+      (meetsAsTriangles(collision, body) && clouds_.isOpenMesh(collision.geometry, body.name)))
     out.isMeasured = false;  // without an inside there is no depth
   else
     out.measured.parts.push_back({probes(collision.geometry, body.name), collision.pose});

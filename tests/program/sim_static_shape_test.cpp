@@ -156,6 +156,48 @@ SceneDescription onSlope(const SceneBody& floor, double slope) {
   return scene;
 }
 
+// Of 12 triangles, its upper face at z = 0.
+SceneBody slab(double edge) {
+  const auto mesh =
+      std::make_shared<const Mesh>(primitiveMesh(Box{Vec3(edge / 2, edge / 2, 0.1)}, 1e-4));
+  return bodyWith("slab", SceneMesh{"slab", Vec3::Ones(), mesh}, Vec3(0, 0, -0.1), 0);
+}
+
+// Far larger than the block, it would take a minute to digitize.
+TEST(StaticShape, ALargeMeshWithAnInsideHasNoVoxelsAndBearsABlock) {
+  Digitized digitized;
+  World world(sceneOf({block(Vec3(0.3, -0.2, kEdge / 2 + 0.02)), slab(2)}),
+              digitized.settings(kVoxel));
+  EXPECT_EQ(digitized.names(), std::vector<std::string>{"block"});
+  EXPECT_TRUE(world.drawn(1).clouds.empty());
+  EXPECT_TRUE(world.isMeasured(1));
+  for (int n = 0; n < 600; ++n) world.step(kShort);
+  EXPECT_NEAR(world.pose(0).position.z(), kEdge / 2, 0.02 * kVoxel);
+  EXPECT_LT(world.penetration(), 0.02 * kVoxel);
+  EXPECT_LT(world.state(0).angularVelocity.norm(), 1e-3);
+}
+
+TEST(StaticShape, ALargeMeshHoldsAndLetsSlideAsAPlane) {
+  const BodyState held = after(1, onSlope(slab(2), 0.45));
+  EXPECT_LT(held.linearVelocity.norm(), 1e-3);
+  const double slope = 0.6, angle = std::atan(slope);
+  const BodyState slid = after(0.5, onSlope(slab(4), slope));
+  const double speed = 0.5 * kGravity * (std::sin(angle) - 0.5 * std::cos(angle));
+  EXPECT_NEAR(slid.linearVelocity.norm(), speed, 0.02 * speed);
+}
+
+// What is not far larger than what moves on it keeps its voxels, and so does what is exact.
+TEST(StaticShape, AMeshOfModestSizeHasVoxels) {
+  Digitized digitized;
+  const World world(sceneOf({block(), slab(0.5)}), digitized.settings(kVoxel));
+  EXPECT_TRUE(digitized.has("slab"));
+  Digitized exact;
+  SceneBody large = slab(2);
+  large.collisions[0].tolerance = 0.0;
+  const World asked(sceneOf({block(), large}), exact.settings(0.02));
+  EXPECT_TRUE(exact.has("slab"));
+}
+
 TEST(StaticShape, ABoxHoldsAndLetsSlideAsAPlane) {
   const BodyState held = after(1, onSlope(boxFloor(), 0.45));
   EXPECT_LT(held.pose.position.head<2>().norm(), 0.02 * kVoxel);
