@@ -192,6 +192,8 @@ bool ManifoldWriter::addManifold(const btCollisionObject& a, const btCollisionOb
   // btCompoundCollisionAlgorithm refreshes its children's manifolds and drops points that moved
   // further than this. Our points are rewritten anyway and must keep their impulses.
   manifold->setContactBreakingThreshold(BT_LARGE_FLOAT);
+  // SolverIslands sorts by it. Bullet does not use it.
+  manifold->m_companionIdA = static_cast<int>(manifolds_.size());
   manifolds_.push_back(manifold);
   return true;
 }

@@ -19,9 +19,9 @@
 #include <utility>
 #include <vector>
 
-#include "bullet/cloud_islands.h"
 #include "bullet/newton_rows.h"
 #include "bullet/point_friction.h"
+#include "bullet/solver_islands.h"
 #include "bullet/solver_settings.h"
 
 namespace cloudcontact {
@@ -42,8 +42,8 @@ struct NewtonSolver::State {
   double goal = 0;  // of the square of the largest residual, by the sweep `until`
   int until = 0;
   std::size_t sweeps = 0, islands = 0;
-  bool plain = false;   // the island that is solved now is left to Bullet's own sweeps
-  CloudIslands parted;  // with cloudsOnly
+  bool plain = false;  // the island that is solved now is left to Bullet's own sweeps
+  SolverIslands parted;
 
   bool stalls(int iteration, double left);
 };
@@ -170,22 +170,30 @@ btScalar NewtonSolver::solveGroup(btCollisionObject** bodies, int bodyCount,
                                   btTypedConstraint** constraints, int constraintCount,
                                   const btContactSolverInfo& info, btIDebugDraw* drawer,
                                   btDispatcher* dispatcher) {
-  if (!cloudsOnly)
+  if (!newton && !cloudsOnly)
     return solve(bodies, bodyCount, manifolds, manifoldCount, constraints, constraintCount, info,
                  drawer, dispatcher);
-  CloudIslands& parted = state_->parted;
-  parted.part(bodies, bodyCount, manifolds, manifoldCount, constraints, constraintCount);
+  SolverIslands& parted = state_->parted;
+  const auto count = [](int n) { return static_cast<std::size_t>(n); };
+  parted.part({{bodies, count(bodyCount)},
+               {manifolds, count(manifoldCount)},
+               {constraints, count(constraintCount)}},
+              cloudsOnly, newton);
   btScalar left = 0;
-  for (CloudIslands::Part* part : {&parted.clouds, &parted.others}) {
-    if (part->empty()) continue;
-    btContactSolverInfo own(info);
-    state_->plain = part == &parted.others;
-    if (!state_->plain) recommend(own);
-    left =
-        std::max(left, solve(part->bodies.data(), int(part->bodies.size()), part->manifolds.data(),
-                             int(part->manifolds.size()), part->constraints.data(),
-                             int(part->constraints.size()), own, drawer, dispatcher));
-  }
+  const auto solveOne = [&](SolverIslands::Island& island, const btContactSolverInfo& how) {
+    if (island.empty()) return;
+    left = std::max(left,
+                    solve(island.bodies.data(), int(island.bodies.size()), island.manifolds.data(),
+                          int(island.manifolds.size()), island.constraints.data(),
+                          int(island.constraints.size()), how, drawer, dispatcher));
+  };
+  btContactSolverInfo own(info);
+  if (cloudsOnly) recommend(own);
+  for (SolverIslands::Island& island : parted.joined()) solveOne(island, own);
+  for (btCollisionObject*& body : parted.alone)
+    left = std::max(left, solve(&body, 1, nullptr, 0, nullptr, 0, own, drawer, dispatcher));
+  state_->plain = true;
+  if (cloudsOnly) solveOne(parted.others, info);
   state_->plain = false;
   return left;
 }
