@@ -133,8 +133,7 @@ Mesh blockWithHole(const Vec3& outer, double holeX, double holeY) {
 
 // A peg of 8 x 6 x 50 mm leans on both ends of a wall: one is pressed, the other is far from it on
 // the same side, and nothing but its near misses keeps it out of the wall. Without them half of the
-// pegs stick 1 mm deep at 120 and 240 Hz (docs/measurements.md, "Near misses at both ends of a
-// wall").
+// pegs stick 1 mm deep at 120 and 240 Hz (docs/tried.md, "contact").
 class LongPegTest : public ::testing::TestWithParam<double> {};
 
 constexpr double kLongX = 3.9975e-3, kLongY = 2.9975e-3, kLongPlay = 0.052e-3;
