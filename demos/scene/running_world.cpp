@@ -141,10 +141,8 @@ void World::State::addJoint(const SceneJoint& joint) {
     if (body < 0) return toBullet(frame);
     return toBullet((bodies[body].scene.pose * bodies[body].parts.frame).inverse() * frame);
   };
-  btRigidBody& parent =
-      joint.parent < 0 ? btTypedConstraint::getFixedBody() : *bodies[joint.parent].rigid;
-  btRigidBody& child =
-      joint.child < 0 ? btTypedConstraint::getFixedBody() : *bodies[joint.child].rigid;
+  btRigidBody& parent = joint.parent < 0 ? ground : *bodies[joint.parent].rigid;
+  btRigidBody& child = joint.child < 0 ? ground : *bodies[joint.child].rigid;
   const btTransform inParent = seenFrom(joint.parent), inChild = seenFrom(joint.child);
   joints.push_back(makeJoint(joint, parent, child, inParent, inChild));
   world.addConstraint(joints.back().get(), true);

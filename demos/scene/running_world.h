@@ -78,6 +78,9 @@ struct World::State {
   SceneDispatcher dispatcher;
   ModelFilter filter;
   btDbvtBroadphase broadphase;
+  // What joints to the world hold. Bullet's own fixed body is one for all worlds of a program, and
+  // keeps a list of their joints: worlds made on several threads would break it.
+  btRigidBody ground{0, nullptr, nullptr};
   TimedSolver solver;
   std::vector<Body> bodies;
   std::vector<std::unique_ptr<btTypedConstraint>> joints;

@@ -1,5 +1,6 @@
 // Springs of joints: a body on one swings between rest's two sides and never gains energy, however
 // long a step is; where steps are short it swings as its formula says.
+#include <btBulletDynamicsCommon.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -54,6 +55,14 @@ Swing swingOf(const World& world, bool turns) {
   const auto state = world.state(0);
   if (!turns) return {pose.position.y(), state.linearVelocity.y()};
   return {2 * std::atan2(pose.orientation.y(), pose.orientation.w()), state.angularVelocity.y()};
+}
+
+// Bullet's fixed body is one for all worlds of a program and lists their joints: two worlds that
+// were made on two threads broke the list, and the program.
+TEST(Joint, ToTheWorldSharesNothingWithOtherWorlds) {
+  const int before = btTypedConstraint::getFixedBody().getNumConstraintRefs();
+  const World one = world("revolute", 1, 0), other = world("prismatic", 1, 0);
+  EXPECT_EQ(btTypedConstraint::getFixedBody().getNumConstraintRefs(), before);
 }
 
 // At each step's length, in radians of the swing.
