@@ -54,8 +54,8 @@ CcLeast ccLeastOf(__local CcLeast* room, uint of, CcLeast own) {
 }
 #endif
 
-// Lines up the hits of patches, bin by bin, each by CC_LINING_UP teams: where each is, and its sample's width, which is no
-// number if the hit is none (ccTryHit()); and its normals (CcFacing).
+// Lines up the hits of patches, bin by bin, each by CC_LINING_UP teams: where each is, and its
+// sample's width, which is no number if the hit is none (ccTryHit()); and its normals (CcFacing).
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccLineUp(
     __global const CcPair* pairs, __global const CcResults* results,
     __global const CcListed* listed, __global const uint* queues, __global const CcGrown* grown,
