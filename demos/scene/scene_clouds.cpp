@@ -23,7 +23,7 @@ namespace cloudcontact::program {
 namespace {
 
 constexpr double kMeshTolerance = 0.002;  // of primitives' meshes [voxels]
-// A static mesh so many times as long as the longest body that moves needs no voxels: about a
+// A static mesh so many times as long as the longest geometry that moves needs no voxels: about a
 // hundredth of its surface is touched at a time, and voxels of all would take most of the start.
 constexpr double kLarge = 10;
 
@@ -179,9 +179,9 @@ SceneClouds::SceneClouds(const CommonOptions& options, double voxel,
 bool SceneClouds::meetsAsShape(const SceneCollision& collision, const SceneBody& body) {
   if (isPlane(collision.geometry)) return true;
   if (!body.isStatic) return false;
-  if (isMesh(collision.geometry) &&
-      (options_.shell ||
-       !(isOpenMesh(collision.geometry, body.name) || isLarge(collision.geometry, body.name))))
+  const SceneGeometry& shape = collision.geometry;
+  if (isMesh(shape) &&
+      (options_.shell || !(isOpenMesh(shape, body.name) || isLarge(shape, body.name))))
     return false;
   const bool needsVoxels = traits_.deforms || collision.isCuttable || collision.cutter ||
                            options_.method == Method::Paper || collision.paper.isGiven() ||
@@ -225,16 +225,14 @@ bool SceneClouds::isOpenMesh(const SceneGeometry& geometry, const std::string& b
   return isMesh(geometry) && !isDigital(geometry, body) && mendedMesh(geometry, body).isSheet;
 }
 
-// The diagonal [m].
 double SceneClouds::sizeOf(const SceneGeometry& geometry, const std::string& body) {
   if (isPlane(geometry)) return 0;
   if (!isMesh(geometry)) return boundsOf(analytic(geometry)).diagonal().norm();
   const auto& named = std::get<SceneMesh>(geometry);
-  const Body* known = file(geometry, body);
   Body made;
-  if (!known) made.mesh = *named.mesh;
-  const Vec3 size = boundsOf(known ? *known : made).diagonal();
-  return size.cwiseProduct(named.scale).norm();
+  const Body* known = file(geometry, body);
+  if (!known) made.mesh = *named.mesh, known = &made;
+  return boundsOf(*known).diagonal().cwiseProduct(named.scale).norm();
 }
 
 bool SceneClouds::isLarge(const SceneGeometry& geometry, const std::string& body) {

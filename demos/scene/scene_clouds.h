@@ -41,7 +41,7 @@ struct PlacedLevels {
 struct SceneTraits {
   bool deforms = false;    // a body
   bool compounds = false;  // there are bodies of several collisions
-  // Of the bodies that move, each once, with a body that has it.
+  // The geometries of bodies that move, each once, with a body that has it.
   std::vector<std::pair<SceneGeometry, std::string>> moving = {};
 };
 SceneTraits traitsOf(const SceneDescription& scene);
@@ -95,6 +95,7 @@ class SceneClouds {
   const Mended& mendedMesh(const SceneGeometry& geometry, const std::string& body);
   // Whether it is much larger than all that moves, so that few of its voxels would ever touch.
   bool isLarge(const SceneGeometry& geometry, const std::string& body);
+  // The diagonal [m].
   double sizeOf(const SceneGeometry& geometry, const std::string& body);
   Cloud digitized(const SceneGeometry& geometry, const Pose& turn, const std::string& body);
   Cloud objectCloud(const SceneMesh& geometry, const std::string& body);

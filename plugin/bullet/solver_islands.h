@@ -1,7 +1,8 @@
 // SolverIslands: parts what Bullet solves at once, which is one island or many, into islands that
 // are solved each by itself, in an order of bodies, manifolds and joints that nothing else in the
 // world changes. Bullet sorts all manifolds by island, and quicksort leaves those of one island in
-// an order that depends on the others; rows that push against each other end elsewhere then.
+// an order that depends on the others; rows that push against each other end elsewhere then. (Two
+// joints of one pair of bodies, and a pair's parts of compounds, still stand as Bullet has them.)
 #pragma once
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
