@@ -14,8 +14,8 @@ namespace {
 // The least softness, as a part of J M^-1 J^T. What it leaves of a row's error is about the same
 // part.
 constexpr double kSoftness = 1e-4;
-// Steps after which the impulses are left as they are. Sweeps tell whether they agree.
-constexpr int kMostSteps = 60;
+// Steps after which the impulses are left as they are. A heap that is hit takes up to 200.
+constexpr int kMostSteps = 400;
 // A step of nearly its whole length has reached the least of its quadratic function.
 constexpr double kWhole = 0.99;
 // What a mean slope keeps from step to step, and what is none, as a part of the row's mass.
@@ -25,6 +25,9 @@ constexpr double kFade = 0.25, kNoSlope = 1e-3;
 constexpr double kSoon = 4;
 // Of what friction's limits want, what is left to the next step.
 constexpr double kLeft = 0.2;
+// Friction's limits that so many followings bring no nearer than by this factor only shrink.
+constexpr int kFollowings = 6;
+constexpr double kNearer = 0.5;
 // The longest step, in whole ones.
 constexpr double kLongest = 2;
 
@@ -343,17 +346,21 @@ void NewtonRows::foresee() {
 // Returns by how much a row's speed was off [m/s].
 double NewtonRows::followNormals(double few, bool foresees) {
   double off = 0;
+  shrinks_ = shrinks_ || slow_ >= kFollowings;
   wants_.clear();
   for (std::size_t r = firstFriction_; r < rows_.size(); ++r) {
     Row& row = rows_[r];
     const double normal = impulses_[static_cast<std::size_t>(row.normal)];
-    const double high = std::min(row.most, row.friction * std::max(0.0, normal));
+    const double most = shrinks_ ? row.high : row.most;
+    const double high = std::min(most, row.friction * std::max(0.0, normal));
     wants_.push_back((high - row.high) / row.unit);
     const bool slides = std::abs(impulses_[r]) >= std::min(high, row.high);
     row.side = slides ? (impulses_[r] < 0 ? -1 : 1) : 0;
     if (slides) off = std::max(off, std::abs(high - row.high) * row.inverse);
   }
-  if (foresees && off > few) foresee();
+  slow_ = off < kNearer * nearest_ ? 0 : slow_ + 1;
+  if (slow_ == 0) nearest_ = off;
+  if (foresees && !shrinks_ && off > few) foresee();
   for (std::size_t r = firstFriction_; r < rows_.size(); ++r) {
     Row& row = rows_[r];
     row.high = std::clamp(row.high + row.unit * wants_[r - firstFriction_], 0.0, row.most);
@@ -371,6 +378,10 @@ const std::vector<double>& NewtonRows::solve(const Pools& pools,
   begin();
   bool isFactored = false;
   double off = 0;  // that friction's limits were, the last time
+  nearest_ = std::numeric_limits<double>::infinity();
+  slow_ = 0;
+  shrinks_ = false;
+  agree_ = false;
   for (int step = 0; step < kMostSteps; ++step) {
     ++steps_;
     const bool first = step == 0;
@@ -381,8 +392,10 @@ const std::vector<double>& NewtonRows::solve(const Pools& pools,
     move(length);
     if (most > speed && length < kWhole) continue;
     off = followNormals(agreesSoon(off, speed), length >= kWhole && off > 0);
-    if (off <= speed && most <= speed) break;
+    agree_ = off <= speed && most <= speed;
+    if (agree_) break;
   }
+  agree_ = agree_ && !shrinks_;
   return impulses_;
 }
 

@@ -30,6 +30,10 @@ namespace cloudcontact {
 //   it lies on. So where they would not agree soon at that rate, they go to where limits and
 //   impulses agree while each row stays as it is, within its limits or at one: a linear problem
 //   (foresee()), by the matrix at hand. Limits that follow sooner jam pegs in their holes.
+// - Where bodies are jammed, friction presses what it holds by more than it takes to hold it, and
+//   limits that follow impulses grow or swing forever. Whatever the limits, where the function is
+//   least no energy comes from nowhere, as friction only takes. So limits that come no nearer only
+//   shrink from there on: they end, and what slides is held by no more than Coulomb's law says.
 // - Rows without a softness of their own get one around the impulse that they have.
 class NewtonRows {
  public:
@@ -42,6 +46,9 @@ class NewtonRows {
   // may miss. Valid until the next call.
   const std::vector<double>& solve(const Pools& pools,
                                    const btAlignedObjectArray<btSolverBody>& bodies, double speed);
+  // Whether friction's limits are those of the impulses. If not, they are less where rows slide;
+  // sweeps would raise them again, so the impulses are the step's last ones.
+  bool agree() const { return agree_; }
   std::size_t steps() const { return steps_; }  // of all calls
 
  private:
@@ -106,6 +113,9 @@ class NewtonRows {
   std::vector<Kink> kinks_;
   std::vector<double> wants_, foreseen_;  // by how much friction's limits should change [Row::unit]
   Answered answered_[kAnswers];
+  double nearest_ = 0;  // [m/s] that friction's limits were off, the least so far, by kNearer
+  int slow_ = 0;        // followings since
+  bool shrinks_ = false, agree_ = false;
   std::size_t steps_ = 0;
 };
 

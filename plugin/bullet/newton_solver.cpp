@@ -235,7 +235,7 @@ btScalar NewtonSolver::solveSingleIteration(int iteration, btCollisionObject** b
       {m_tmpSolverNonContactConstraintPool, m_tmpSolverContactConstraintPool,
        m_tmpSolverContactFrictionConstraintPool, m_tmpSolverContactRollingFrictionConstraintPool},
       m_tmpSolverBodyPool, kShare * tolerance * double(info.m_timeStep)));
-  return left;
+  return m.rows.agree() ? left : 0;  // 0 ends Bullet's loop
 }
 
 }  // namespace cloudcontact
