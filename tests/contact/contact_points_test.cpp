@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <ostream>
+#include <random>
 
+#include "contact/contact_cases.h"
 #include "contact/pressed_parts.h"
+#include "field/mesh_field.h"
 #include "kernels/contact/patch_force.h"
 
 namespace cloudcontact::testing::contact_points_test {
@@ -120,6 +123,38 @@ TEST(ContactPointsOnTheWay, FollowARingThatBecomesAnArc) {
     }
     before = now;
   }
+}
+
+// Plates that have passed each other have both of their sides in a patch, and normals of all
+// directions. What points press beside their patch's normal the others take back: with normals
+// across it a patch of a few newtons would have points of thousands, and a solver that does not
+// find all of them would throw the bodies apart.
+TEST(PatchPoints, OfPassedPlatesPressHardlyMoreThanTheirPatch) {
+  const double voxel = 0.03;
+  const auto plate = fieldOf(boxMesh({1, 0.8, 0.1}), voxel);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> any(-1, 1);
+  ContactFinder finder;
+  int patches = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 axis = Vec3(any(random), any(random), any(random));
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(3 * any(random), axis.normalized()));
+    const Vec3 place(0.4 * any(random), 0.3 * any(random), 0.3 * any(random));
+    ContactBody a, b;
+    a.field = b.field = plate.get();
+    b.pose = {turn, place};
+    const ContactResult& contact = finder.find(a, b, {});
+    for (const Patch& patch : contact.patches) {
+      double pressed = 0;
+      for (int k = patch.firstPoint; k < patch.firstPoint + patch.points; ++k) {
+        const ContactPoint& p = contact.points[static_cast<std::size_t>(k)];
+        pressed += p.stiffness * p.depth;
+      }
+      ++patches;
+      EXPECT_LT(pressed, 2.3 * patch.stiffness * patch.depth) << "pose " << i;
+    }
+  }
+  EXPECT_GT(patches, 300);
 }
 
 // Points in one place cannot share a moment by their weights. One of the least weight may be below
