@@ -11,7 +11,7 @@
 #include <memory>
 #include <random>
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::newton_rows_test {
 namespace {
 
 constexpr double kSpeed = 1e-5;  // [m/s] by how much rows may miss
@@ -137,4 +137,4 @@ TEST(NewtonRows, WhatIsJammedObeysCoulombAndGainsNothing) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::newton_rows_test
