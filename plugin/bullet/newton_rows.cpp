@@ -25,7 +25,8 @@ constexpr double kFade = 0.25, kNoSlope = 1e-3;
 constexpr double kSoon = 4;
 // Of what friction's limits want, what is left to the next step.
 constexpr double kLeft = 0.2;
-// Friction's limits that so many followings bring no nearer than by this factor only shrink.
+// Friction's limits that so many followings bring no nearer than by this factor only shrink. A
+// method that finds limits and impulses together, from any start, would need neither.
 constexpr int kFollowings = 6;
 constexpr double kNearer = 0.5;
 // The longest step, in whole ones.
