@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Pours bowls, mugs, rings, hooks and brackets of 5 to 30 cm into a bin, by CloudContact and by Bullet's own methods.
+"""Pours bowls, mugs, rings, hooks and brackets of 10 to 25 cm into a bin, by CloudContact and by Bullet's own methods.
 
   benchmarks/mixed_pour.py [--program PATH] [--bodies 60] [--steps 60 240] [--methods cloud hacd gimpact] [--seconds 10]
 
