@@ -24,9 +24,9 @@ class NewtonSolver : public btSequentialImpulseConstraintSolver {
   // second: times the step, it is a speed. Finite and positive.
   double tolerance = 2e-3;
   // Sweeps of an island and step beyond which it is left as it is; fewer where 5 sweeps get it no
-  // nearer, and none after friction that jams the bodies: it is then less than Coulomb's law allows,
-  // but gains no energy. getSolverInfo().m_numIterations counts where it is more; with `mostSweeps`
-  // 0 it counts alone, as in Bullet.
+  // nearer, and none after friction that jams the bodies: it is then less than Coulomb's law
+  // allows, but gains no energy. getSolverInfo().m_numIterations counts where it is more; with
+  // `mostSweeps` 0 it counts alone, as in Bullet.
   int mostSweeps = 300;
   // Islands with a cloud are solved with what recommendedSettings() sets, whatever the world's
   // settings are. Islands without one are solved as by btSequentialImpulseConstraintSolver with the
