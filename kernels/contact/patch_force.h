@@ -10,9 +10,9 @@
 // points at x0 + sqrt(C') (+-1, +-1) with depths 1 + g.xi have force 1 and center of pressure
 // x0 + C' g, for any C' and g. So x0 = cop - C' g makes the wrench exact, and the rest is free:
 //   g  = C^-1 (cop - x), the slope of the pressure, limited so that no point pulls;
-//   C' = C where the bodies fit each other, shrunk to zero where relative curvature alone bounds
-//        the patch: there, points apart from the center would brake rolling, since an implicit
-//        step moves the pressure ahead by v h.
+//   C' = C where a body rests on the patch, shrunk to zero where it rolls on it: there, points
+//        apart from the center would brake rolling, since an implicit step moves the pressure
+//        ahead by v h. A body rolls where relative curvature alone bounds the patch (ccFlatness()).
 // The root is symmetric, so the points do not turn with the eigenvectors of a round patch.
 //
 // A ring, an arc or a thread is not wet where such a plan puts its points. Where the patch's center
@@ -42,6 +42,9 @@
 // of their speed in 3 m, with it less than 1 %.
 #define CC_ROUND 0.09
 #define CC_ROUND_AGAIN 5.0
+// [voxels] How uneven the fits leave a surface beside edges: a patch may reach that much farther
+// than the curvature of its bodies lets it. With 0.2 a peg jams at 60 Hz.
+#define CC_UNEVEN 0.1
 // [voxels] A patch whose surfaces bend by less is flat, as curvature times the spread of places. A
 // box has 4e-6 at most, a peg of 40 voxels on a plane 0.03.
 #define CC_FLAT 0.005
@@ -238,24 +241,34 @@ typedef struct {
   CcMatrix2 lean;
 } CcExtent;
 
-CC_FN double ccFlatness(double v) {
-  return ccClamp64(ccMin64(v, CC_ROUND_AGAIN * (v - CC_ROUND)), 0.0, 1.0);
+// How much of C counts along a direction. `turn`: by how much curvature parts the surfaces over the
+// patch, as their normals say [m]. It is 0 of a face. Where curvature alone bounds a patch it is
+// the mean depth, exactly: as the depth fades out at the patch's border, the divergence theorem
+// says so. Where it is much more, the normals tell of no curvature that a body rolls on: the patch
+// ends at an edge, such as the chamfer of a foot, and the body rests on that. Its points used to
+// stand in the middle there, and pegs, cows and links rocked on them for ever: no row saw them
+// turn.
+CC_FN double ccFlatness(double turn, double depth, double uneven) {
+  const double flat = turn < depth ? 1.0 - turn / depth : 1.0 - (depth + uneven) / turn;
+  return ccClamp64(ccMin64(flat, CC_ROUND_AGAIN * (flat - CC_ROUND)), 0.0, 1.0);
 }
 
-// `dry`: the patch's center, 0..1.
-CC_FN CcExtent ccExtentOf(const CcFlat* f, double depth, double noise, double dry) {
+// `depth`: the mean; `dry`: the patch's center, 0..1.
+CC_FN CcExtent ccExtentOf(const CcFlat* f, double depth, double voxel, double dry) {
   const CcMatrix2 a = f->turn[0], b = f->turn[1];
-  const double per = (1.0 - dry) / ccMax64(depth, 1e-30);
-  const double uu = 1.0 - (a.uu + b.uu) * per, vv = 1.0 - (a.vv + b.vv) * per,
-               uv = -0.5 * ((a.uv + b.uv) * per + (a.vu + b.vu) * per);
+  const double wet = 1.0 - dry, mean = ccMax64(depth, 1e-30), uneven = CC_UNEVEN * voxel;
+  const double uu = wet * (a.uu + b.uu), vv = wet * (a.vv + b.vv),
+               uv = 0.5 * wet * ((a.uv + b.uv) + (a.vu + b.vu));
   // Applies ccFlatness() to both eigenvalues, middle -+ apart, without eigenvectors.
   const double middle = 0.5 * (uu + vv), lean = 0.5 * (uu - vv),
                apart = CC_SQRT64(lean * lean + uv * uv);
-  const double low = ccFlatness(middle - apart), high = ccFlatness(middle + apart);
-  const double mean = 0.5 * (high + low), slope = apart > 0.0 ? 0.5 * (high - low) / apart : 0.0;
-  const CcSymmetric2 flatness = {mean + slope * lean, slope * uv, mean - slope * lean};
+  const double low = ccFlatness(middle - apart, mean, uneven),
+               high = ccFlatness(middle + apart, mean, uneven);
+  const double both = 0.5 * (high + low), slope = apart > 0.0 ? 0.5 * (high - low) / apart : 0.0;
+  const CcSymmetric2 flatness = {both + slope * lean, slope * uv, both - slope * lean};
   const CcMatrix2 across = {0.5 * (a.uu - b.uu), 0.5 * (a.uv - b.uv), 0.5 * (a.vu - b.vu),
                             0.5 * (a.vv - b.vv)};
+  const double noise = CC_LEAN_VOXELS * voxel * CC_LEAN_VOXELS * voxel;
   CcExtent e;
   e.kept = ccBothSides(ccMatrixRoot(f->spread), flatness);
   e.lean = ccTimesSymmetric(across, ccInverse(f->spread, noise));
@@ -307,10 +320,9 @@ typedef struct {
 CC_FN CcPlan ccPlanOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, const CcFlat* f,
                       const CcNearestHit* center, double voxel) {
   CcPlan plan;
-  const double noise = CC_LEAN_VOXELS * voxel * CC_LEAN_VOXELS * voxel;
   plan.pressed = ccPressed(patch->deepest, voxel);
   const double dry = plan.pressed * ccDryness(center, voxel);
-  const CcExtent e = ccExtentOf(f, patch->facing / patch->area, noise, dry);
+  const CcExtent e = ccExtentOf(f, patch->facing / patch->area, voxel, dry);
   // From the area's center to the center of pressure.
   const CcVec arm = ccTimes(1.0 / force->size, ccCross64(f->n, force->torque));
   plan.cop = ccTwo(ccDot64(f->t1, arm), ccDot64(f->t2, arm));
@@ -406,18 +418,18 @@ CC_FN void ccPointsOf(const CcPatchForce* force, const CcFlat* f, const CcPlan* 
   double spin = ccDot64(f->n, force->torque) * (1.0 / force->size), polar = 0.0, most = 0.0;
   for (int i = 0; i < 4; ++i) {
     turned[i] = ccTurn2(plan->lean, at[i]);
-    most = ccMax64(most, turned[i].u * turned[i].u + turned[i].v * turned[i].v);
-  }
-  const double less = most > CC_MOST_LEAN * CC_MOST_LEAN ? CC_MOST_LEAN / CC_SQRT64(most) : 1.0;
-  for (int i = 0; i < 4; ++i) {
-    turned[i] = ccTwo(less * turned[i].u, less * turned[i].v);
     spin -= 0.25 * plan->weight[i] * (at[i].u * turned[i].v - at[i].v * turned[i].u);
     polar += 0.25 * plan->weight[i] * (at[i].u * at[i].u + at[i].v * at[i].v);
   }
   const double limit = CC_MOST_SPIN / CC_SQRT64(ccMax64(polar, 1e-300));
   const double omega = polar > 0.0 ? ccClamp64(spin / (polar + noise), -limit, limit) : 0.0;
   for (int i = 0; i < 4; ++i) {
-    const double u = turned[i].u - omega * at[i].v, v = turned[i].v + omega * at[i].u;
+    turned[i] = ccTwo(turned[i].u - omega * at[i].v, turned[i].v + omega * at[i].u);
+    most = ccMax64(most, turned[i].u * turned[i].u + turned[i].v * turned[i].v);
+  }
+  const double less = most > CC_MOST_LEAN * CC_MOST_LEAN ? CC_MOST_LEAN / CC_SQRT64(most) : 1.0;
+  for (int i = 0; i < 4; ++i) {
+    const double u = less * turned[i].u, v = less * turned[i].v;
     const double shorter = 1.0 / CC_SQRT64(1.0 + (u * u + v * v));
     const CcVec normal = ccTimes(shorter, ccOutOfPlane(f, ccVec(u, v, 1.0)));
     const CcVec place = ccPlannedPlace(plan, force, f, i);

@@ -12,6 +12,7 @@
 #include "contact/pressed_parts.h"
 #include "field/mesh_field.h"
 #include "kernels/contact/patch_force.h"
+#include "mesh/turned_mesh.h"
 
 namespace cloudcontact::testing::contact_points_test {
 namespace {
@@ -155,6 +156,42 @@ TEST(PatchPoints, OfPassedPlatesPressHardlyMoreThanTheirPatch) {
     }
   }
   EXPECT_GT(patches, 300);
+}
+
+// Root mean square of how far the points stand from their middle, across z [m]; 0 without points.
+double spreadOf(const ContactResult& contact) {
+  if (contact.points.empty()) return 0;
+  Vec3 middle = Vec3::Zero();
+  for (const ContactPoint& p : contact.points)
+    middle += p.position / static_cast<double>(contact.points.size());
+  double sum = 0;
+  for (const ContactPoint& p : contact.points) sum += (p.position - middle).head<2>().squaredNorm();
+  return std::sqrt(sum / static_cast<double>(contact.points.size()));
+}
+
+// A ball rolls on its patch, a foot rests on it, though the normals of its chamfer lean outwards as
+// those of the ball do. Pressed by a thousandth of a voxel to a quarter.
+TEST(PatchPoints, StandTogetherUnderABallAndApartUnderAFoot) {
+  const double voxel = 0.05, r = 0.4, h = 0.5, c = 0.05;
+  const auto ball = fieldOf(sphereMesh(1, 2e-4), voxel);
+  const auto foot =
+      fieldOf(test::turnedMesh({{0, -h}, {r - c, -h}, {r, c - h}, {r, h}, {0, h}}, 144), voxel);
+  const Solid ground = HalfSpace{};
+  ContactFinder finder;
+  const auto spread = [&](const SurfaceField& field, double height) {
+    ContactBody a, b;
+    a.shape = &ground;
+    b.field = &field;
+    b.pose.position = {0.013, 0.021, height};
+    return spreadOf(finder.find(a, b, {}));
+  };
+  // The foot's rim stands out by some tenths of a voxel.
+  double touch = h + 0.5 * voxel;
+  while (spread(*foot, touch) == 0) touch -= 1e-3 * voxel;
+  for (const double depth : {0.001, 0.003, 0.01, 0.03, 0.1, 0.25}) {
+    EXPECT_LT(spread(*ball, 1 - depth * voxel), 0.3 * voxel) << depth;
+    EXPECT_GT(spread(*foot, touch - depth * voxel), 0.5 * r) << depth;
+  }
 }
 
 // Points in one place cannot share a moment by their weights. One of the least weight may be below
