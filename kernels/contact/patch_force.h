@@ -43,7 +43,8 @@
 #define CC_ROUND 0.09
 #define CC_ROUND_AGAIN 5.0
 // [voxels] How uneven the fits leave a surface beside edges: a patch may reach that much farther
-// than the curvature of its bodies lets it. With 0.2 a peg jams at 60 Hz.
+// than the curvature of its bodies lets it. The metacenter would need no such judgement
+// (docs/tried.md).
 #define CC_UNEVEN 0.1
 // [voxels] A patch whose surfaces bend by less is flat, as curvature times the spread of places. A
 // box has 4e-6 at most, a peg of 40 voxels on a plane 0.03.
@@ -245,9 +246,8 @@ typedef struct {
 // patch, as their normals say [m]. It is 0 of a face. Where curvature alone bounds a patch it is
 // the mean depth, exactly: as the depth fades out at the patch's border, the divergence theorem
 // says so. Where it is much more, the normals tell of no curvature that a body rolls on: the patch
-// ends at an edge, such as the chamfer of a foot, and the body rests on that. Its points used to
-// stand in the middle there, and pegs, cows and links rocked on them for ever: no row saw them
-// turn.
+// ends at an edge, such as the chamfer of a foot, and the body rests on that. With its points in
+// the middle no row sees it turn, and a peg rocks on them for ever.
 CC_FN double ccFlatness(double turn, double depth, double uneven) {
   const double flat = turn < depth ? 1.0 - turn / depth : 1.0 - (depth + uneven) / turn;
   return ccClamp64(ccMin64(flat, CC_ROUND_AGAIN * (flat - CC_ROUND)), 0.0, 1.0);
