@@ -205,9 +205,9 @@ void MovingWorld::step() {
     cost_->narrowPhase += world_.narrowPhaseSeconds() - narrow;
     cost_->wall += secondsSince(start);
   }
-  const double energy = world_.moment().energy.ofBodies();
-  if (steps_++ == 0) start_ = most_ = energy;
-  most_ = std::max(most_, energy);
+  const Energy& energy = world_.moment().energy;
+  if (steps_++ == 0) start_ = most_ = energy.ofBodies() + energy.spring;
+  most_ = std::max(most_, energy.ofBodies());
   if (watch_) watch_(time(), world_);
 }
 

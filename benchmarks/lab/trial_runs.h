@@ -71,7 +71,8 @@ class MovingWorld {
   double time() const { return steps_ * step_; }
   BodyState body(int index) const { return world_.state(std::size_t(index)); }
   const World& world() const { return world_; }
-  // Maximum of the bodies' energy since the first step, less the energy after that step [J].
+  // Maximum of the bodies' energy since the start of the first step, less their energy there and
+  // what its springs hold: where surfaces are about to touch, their noise may press one [J].
   double gained() const { return most_ - start_; }
 
  private:
