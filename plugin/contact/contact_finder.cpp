@@ -5,7 +5,10 @@
 #include "contact/contact_builder.h"
 #include "contact/query_memory.h"
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <utility>
 
@@ -211,20 +214,38 @@ void setWays(const ContactBody& own, const ContactBody& other, double step,
                            step * (toOwn * (own.motion.at(origin) - other.motion.at(origin))));
 }
 
+// What a patch covers, by the covariance of its points.
+KnownMeets::Meet meetOf(const Patch& patch, std::span<const ContactPoint> points,
+                        const Pose& toGrid, double voxel) {
+  KnownMeets::Meet meet;
+  meet.normal = (toGrid.orientation * patch.normal).cast<float>();
+  Vec3 middle = points.empty() ? patch.position : Vec3::Zero();
+  for (const ContactPoint& point : points) middle += point.position / double(points.size());
+  meet.place = ((toGrid.orientation * middle + toGrid.position) / voxel).cast<float>();
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const ContactPoint& point : points) {
+    const Vec3 at = toGrid.orientation * (point.position - middle) / voxel;
+    spread += at * at.transpose() / double(points.size());
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
+  for (int k = 0; k < 2; ++k) {
+    const double length = std::sqrt(6 * std::max(0.0, axes.eigenvalues()[2 - k]));
+    meet.axes[k] = (length * axes.eigenvectors().col(2 - k)).cast<float>();
+  }
+  return meet;
+}
+
 // Adds the patches from `first` on to where the bodies meet.
-void addMeets(const ContactBody& own, double outward, const ContactResult& contact,
+void addMeets(const ContactBody& own, float outward, const ContactResult& contact,
               std::size_t first, KnownMeets::Side& side) {
   const Cloud& cloud = own.field->cloud();
-  const auto add = [&](const Vec3& place, const Vec3& normal) {
-    const Vec3 grid = (own.pose.toLocal(place) - cloud.origin()) / cloud.voxelSize();
-    const Vec3 n = outward * (own.pose.orientation.conjugate() * normal);
-    side.meets.push_back({grid.cast<float>(), n.cast<float>()});
-  };
+  Pose toGrid = own.pose.inverse();
+  toGrid.position -= cloud.origin();
   for (std::size_t i = first; i < contact.patches.size(); ++i) {
     const Patch& patch = contact.patches[i];
-    add(patch.position, patch.normal);
-    for (int k = 0; k < patch.points; ++k)
-      add(contact.points[static_cast<std::size_t>(patch.firstPoint + k)].position, patch.normal);
+    const std::span points(contact.points.data() + patch.firstPoint, std::size_t(patch.points));
+    side.meets.push_back(meetOf(patch, points, toGrid, cloud.voxelSize()));
+    side.meets.back().normal *= outward;
   }
 }
 

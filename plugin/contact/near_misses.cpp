@@ -122,7 +122,7 @@ bool NearMissSearch::isBeside(int side, const V3& place, const V3& normal, float
   for (const KnownMeets::Meet& meet : known_->of[side].meets) {
     if (normal.dot(meet.normal) <= kSameWay) continue;
     if (look == KnownMeets::Look::Beside) return false;
-    if ((place - meet.place).squaredNorm() < within * within) return false;
+    if (meet.apartFrom(place) < within * within) return false;
     same = true;
   }
   return same || look != KnownMeets::Look::Far;

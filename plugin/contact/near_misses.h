@@ -22,6 +22,8 @@
 #include "contact/pair_frame.h"
 #include "contact/sample_search.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -36,9 +38,26 @@ struct CoarseFound;
 
 // Where two bodies are known to meet, and how they move, as samples of either body see it.
 struct KnownMeets {
+  // A patch and the ellipse that its points say that it covers: the smallest around a rectangle
+  // with their spread. Where a body rolls they are in one place, and it covers that alone.
   struct Meet {
-    Eigen::Vector3f place;   // in the samples' grid [own voxels]
+    Eigen::Vector3f place;   // its middle, in the samples' grid [own voxels]
     Eigen::Vector3f normal;  // outward unit vector
+    // From the middle to the ellipse, the longer first; zero where the points are in one place.
+    Eigen::Vector3f axes[2] = {Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};  // [own voxels]
+    // How far a place is from what it covers, or little more, squared.
+    float apartFrom(const Eigen::Vector3f& other) const {
+      Eigen::Vector3f way = other - place;
+      float most = 1;
+      for (const Eigen::Vector3f& axis : axes) {
+        const float length = axis.squaredNorm();
+        if (!(length > 0)) continue;
+        const float part = std::clamp(way.dot(axis) / length, -most, most);
+        way -= part * axis;
+        most = std::sqrt(std::max(0.0f, 1 - part * part));
+      }
+      return way.squaredNorm();
+    }
   };
   // A sample at x [own voxels] moves by turn x + shift [m] against the other body within the step.
   struct Way {
