@@ -208,7 +208,39 @@ World::~World() {
   }
 }
 
+namespace {
+
+btScalar thinnestOf(const btCollisionShape& shape) {
+  btVector3 low, high;
+  shape.getAabb(btTransform::getIdentity(), low, high);
+  const btVector3 size = high - low;
+  return size[size.minAxis()];
+}
+
+}  // namespace
+
+// A body that flies, and would move by half of its thinnest side in a step, may pass what it should
+// hit: it is swept. One that touches or nearly touches something is not: it sees what is around
+// it there, and a sweep would stop a peg at the first wall of its hole.
+void World::State::sweepFlying() {
+  if (!solver.newton) return;  // Bullet's own methods keep Bullet's settings
+  std::vector<char> meets(bodies.size(), 0);
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+    if (manifold.getNumContacts() == 0) continue;
+    for (const btCollisionObject* object : {manifold.getBody0(), manifold.getBody1()})
+      if (const auto index = std::size_t(object->getUserIndex()); index < meets.size())
+        meets[index] = 1;
+  }
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    btRigidBody& body = *bodies[i].rigid;
+    if (!bodies[i].scene.isFree() || bodies[i].soft) continue;
+    body.setCcdMotionThreshold(meets[i] ? 0 : thinnestOf(*body.getCollisionShape()) / 2);
+  }
+}
+
 void World::step(double seconds) {
+  state_->sweepFlying();
   state_->pull();
   state_->load();
   state_->world.stepSimulation(btScalar(seconds), 0);

@@ -41,6 +41,7 @@ struct World::State {
   void addBodies(const SceneDescription& scene, const WorldSettings& settings);
   void addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings);
   void makeRigid(Body& body);
+  void sweepFlying();
   void makeCuttable(Body& body);
   void makeSoft(Body& body);
   void holdSides(Body& body, const SceneSoft& soft);

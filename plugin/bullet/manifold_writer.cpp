@@ -104,6 +104,21 @@ double announced(const btPersistentManifold& manifold, const PairSides& sides, b
   return restitution;
 }
 
+Vec3 pullOf(const PairSides& sides) {
+  return gravityOf(*sides.wrapA->getCollisionObject()) -
+         gravityOf(*sides.wrapB->getCollisionObject());
+}
+
+// Whether all that touches within the step does so near its end.
+bool touchesLate(const PairSides& sides, const ContactResult& contact,
+                 const WriteSettings& settings) {
+  const Vec3 pull = pullOf(sides);
+  return std::all_of(contact.points.begin(), contact.points.end(), [&](const ContactPoint& source) {
+    const StepPoint point{source, sides, settings, pull};
+    return !point.touches() || point.touchesLate();
+  });
+}
+
 }  // namespace
 
 ManifoldWriter::~ManifoldWriter() {
@@ -150,8 +165,7 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     slips[i] = slipOf(sources[i], sides.motionA, sides.motionB);
     load.add(sources[i].position, before[i]);
   }
-  const Vec3 pull =
-      gravityOf(*sides.wrapA->getCollisionObject()) - gravityOf(*sides.wrapB->getCollisionObject());
+  const Vec3 pull = pullOf(sides);
   const bool bounces = std::any_of(sources, sources + count, [&](const ContactPoint& source) {
     return StepPoint{source, sides, settings, pull}.touches();
   });
@@ -167,8 +181,8 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     setFrictionDirections(sources[i].position, slips[i], load, before[i], point);
     if (before[i]) copySolverData(*before[i], point);
     const double restitution = announced(manifold, sides, before[i] != nullptr, settings, point);
-    adjust({sources[i], sides, settings, pull, bounces ? settings.together : 0, i == 0, before[i],
-            restitution},
+    adjust({sources[i], sides, settings, pull, bounces ? settings.together : 0, waits_, i == 0,
+            before[i], restitution},
            point);
     Vec3 stretch = Vec3::Zero();
     if (before[i])
@@ -218,6 +232,7 @@ void ManifoldWriter::write(const PairSides& sides, const ContactResult& contact,
   const btManifoldPoint common = commonOf(sides, settings.rigid);
   const std::size_t patches = contact.patches.size();
   const PointLaw law(contact, sides, settings);
+  waits_ = touchesLate(sides, contact, settings);
   while (manifolds_.size() < patches)
     if (!addManifold(*sides.wrapA->getCollisionObject(), *sides.wrapB->getCollisionObject())) break;
   for (std::size_t i = 0; i < manifolds_.size(); ++i) {

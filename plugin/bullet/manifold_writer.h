@@ -47,6 +47,7 @@ class ManifoldWriter {
   std::vector<btPersistentManifold*> manifolds_;
   std::vector<btManifoldPoint> old_;  // last step's points, sorted by ID
   std::vector<char> inherited_;       // 1 for each of old_ that lives on
+  bool waits_ = false;                // StepPoint::waits
 };
 
 }  // namespace cloudcontact

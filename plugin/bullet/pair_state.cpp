@@ -28,6 +28,8 @@ constexpr double kRestsVoxels = 0.01;
 
 // [voxels] WriteSettings::together; the fits' noise is 1e-4.
 constexpr double kTogether = 0.001;
+// [voxels] WriteSettings::sinks; a gap is known to about that (near_misses.h).
+constexpr double kSinks = 0.05;
 
 // Whether the bodies hardly move against each other.
 bool stands(const PairStep& step) {
@@ -71,10 +73,9 @@ void PairState::keep(const PairStep& step) {
     moved.drop();
 }
 
-bool PairState::clearAfter(const PairStep& step, const PairSides& sides) const {
+bool PairState::clearAfter(const PairStep& step) const {
   return !step.touch && step.contact.samples == 0 && step.contact.patches.empty() &&
-         !step.query.law.remembering && !levels.fades() && !hasThreshold(*sides.wrapA) &&
-         !hasThreshold(*sides.wrapB);
+         !step.query.law.remembering && !levels.fades();
 }
 
 // What has lost a side of its support, as a table of which one foot is lifted by a micrometer,
@@ -249,6 +250,7 @@ void PairState::write(PairStep& step, const PairSides& sides) {
   how.step = step.seconds;
   how.automatic = law.automatic;
   how.together = kTogether * query.voxel;
+  how.sinks = kSinks * query.voxel;
   step.keepsAwake = false;
   if (step.touch) leaving.touched(contact);
   if (step.seconds > 0 && !step.touch && canLeave(sides) &&
@@ -258,7 +260,7 @@ void PairState::write(PairStep& step, const PairSides& sides) {
     step.keepsAwake = true;
     return writer.write(sides, leaving.contact(), how);
   }
-  if (hasThreshold(*sides.wrapA) || hasThreshold(*sides.wrapB)) how.stopsFrom = query.voxel;
+  how.stopsFrom = std::max(query.voxel, sweptFrom(*sides.wrapA, *sides.wrapB));
   if (law.remembering)
     how.shared = memory.row(*law.remembering, sides, contact, writer.manifolds(), step.ahead());
   writer.write(sides, contact, how);
@@ -329,14 +331,14 @@ void PairState::setName(const btCollisionObjectWrapper& a, const btCollisionObje
 void PairState::close(const PairStep& step, const PairSides& sides, double seconds) {
   count(step, sides, step.earlier + seconds);
   closeStep(step, sides);
-  staying.keep(step.query, clearAfter(step, sides));
+  staying.keep(step.query, clearAfter(step));
 }
 
 // The query that process() will make in this step if nothing changes until then.
 std::size_t PairState::prepare(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                                const btDispatcherInfo& info) {
   setStage(Stage::None);
-  if (!std::exchange(processed, false) || staying.holds(a, b, info.m_timeStep)) return 0;
+  if (!std::exchange(processed, false) || staying.holds(a, b, info)) return 0;
   openStep();
   now.seconds = info.m_timeStep;
   now.touch.reset();
@@ -401,7 +403,7 @@ void PairState::walk(const btCollisionObjectWrapper& a, const btCollisionObjectW
     if (*now.keepsAwake) keepAwake(narrowPhase, now.sides(a, b));
     return;
   }
-  if (staying.holds(a, b, info.m_timeStep)) return;
+  if (staying.holds(a, b, info)) return;
   openStep(), staying.forget();
   PairQuery query = read(a, b, info.m_timeStep, true);
   if (query.wrong) narrowPhase.countFailure(query.wrong);

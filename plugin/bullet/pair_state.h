@@ -126,7 +126,7 @@ struct PairState {
   }
   void keep(const PairStep& step);
   // Whether a step found nothing that the next one must take up.
-  bool clearAfter(const PairStep& step, const PairSides& sides) const;
+  bool clearAfter(const PairStep& step) const;
   std::size_t bytesKept() const {
     return sizeof *this + finder.bytesKept() + moved.bytesKept() + writer.bytesKept() +
            now.contact.bytesKept();

@@ -39,17 +39,19 @@ double spinOf(const btCollisionObject& object, const Motion& motion) {
 
 }  // namespace
 
-bool hasThreshold(const btCollisionObjectWrapper& wrap) {
-  const btCollisionObject& object = *wrap.getCollisionObject();
-  return object.getCcdMotionThreshold() > 0 && !object.isStaticOrKinematicObject();
+double sweptFrom(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const btCollisionObjectWrapper* wrap : {&a, &b}) {
+    const btCollisionObject& object = *wrap->getCollisionObject();
+    if (object.getCcdMotionThreshold() > 0 && !object.isStaticOrKinematicObject())
+      least = std::min(least, double(object.getCcdMotionThreshold()));
+  }
+  return least;
 }
 
 bool isSwept(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
              const btDispatcherInfo& info) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const btCollisionObjectWrapper* wrap : {&a, &b})
-    if (hasThreshold(*wrap))
-      least = std::min(least, double(wrap->getCollisionObject()->getCcdMotionThreshold()));
+  const double least = sweptFrom(a, b);
   const double step = double(info.m_timeStep);
   if (!info.m_useContinuous || !(step > 0) || least == std::numeric_limits<double>::infinity())
     return false;

@@ -14,8 +14,8 @@ struct btDispatcherInfo;
 
 namespace cloudcontact {
 
-// Whether the object can move and has a threshold.
-bool hasThreshold(const btCollisionObjectWrapper& wrap);
+// The least threshold of the bodies that can move [m]; infinite: none has one.
+double sweptFrom(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
 // Whether a body of the pair that can move has a threshold, and the bodies move farther against
 // each other in the step.
 bool isSwept(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,

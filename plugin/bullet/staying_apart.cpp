@@ -1,6 +1,7 @@
 // By boxes, which cost least, then by the gap between the surfaces.
 #include "bullet/staying_apart.h"
 
+#include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 #include <cloudcontact/bullet/cloud_shape.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 
 #include "bullet/box_gap.h"
 #include "bullet/convert.h"
+#include "bullet/pair_sweep.h"
 
 namespace cloudcontact {
 
@@ -33,9 +35,10 @@ void StayingApart::keep(const PairQuery& query, bool clear) {
 }
 
 bool StayingApart::holds(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
-                         double step) const {
+                         const btDispatcherInfo& info) const {
   if (!(voxel_ > 0)) return false;
-  if (boxesStayApart(a, b, kClear * voxel_, step)) return true;
+  if (boxesStayApart(a, b, kClear * voxel_, double(info.m_timeStep))) return true;
+  if (isSwept(a, b, info)) return false;  // it is searched beyond what the gap tells of
   const CloudShape *const ofA = cloudOf(a), *const ofB = cloudOf(b);
   return ofA && ofB && ofA->life() == lives_[0] && ofB->life() == lives_[1] &&
          gap_.holds(toPose(a.getWorldTransform()), toPose(b.getWorldTransform()));

@@ -5,6 +5,8 @@
 #include "bullet/pair_query.h"
 #include "contact/kept_gap.h"
 
+struct btDispatcherInfo;
+
 namespace cloudcontact {
 
 class StayingApart {
@@ -15,7 +17,7 @@ class StayingApart {
   // Whether the bodies are too far from each other for this step to find more, by their boxes or by
   // the gap that is kept. Such a step changes nothing.
   bool holds(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
-             double step) const;
+             const btDispatcherInfo& info) const;
   std::size_t compared() const { return gap_.compared(); }  // see KeptGap
 
  private:

@@ -63,6 +63,7 @@ std::optional<BareRow> bounce(const StepPoint& p, const btManifoldPoint&) {
   if (p.source.depth + way + p.late <= 0) return std::nullopt;
   const double depth = std::max(p.source.depth, -way);
   if (touchSquare(closing, depth, pull, step) < kBouncesFrom * kBouncesFrom) return std::nullopt;
+  if (p.waits) return BareRow{.gap = way};
   const double speed = bounceSpeed(p.restitution, closing, depth, pull, step);
   if (speed <= 0) return BareRow{.gap = way};
   if (closing < kRowBouncesFrom) return BareRow{.gap = -speed * step, .opens = true};
@@ -101,6 +102,11 @@ double StepPoint::closing() const {
 
 double StepPoint::way() const {
   return settings.step * (closing() + settings.step * pull.dot(source.normal));
+}
+
+bool StepPoint::touchesLate() const {
+  const double moves = way(), deep = source.depth + moves;
+  return source.depth < 0 && deep > 0 && deep < std::min(0.5 * moves, settings.sinks);
 }
 
 // With the speed v and the gap x at a step's start, Bullet's steps keep v^2 / 2 + a x + a h v / 2

@@ -6,7 +6,9 @@
 // becomes a bare row for which Bullet's solver finds the speed after the impact, and stays one,
 // without a push, until it stops leaving; then the law's spring goes on. A point acts in the step
 // in which the surfaces would touch, on either side of the touch: the speed after it is that from
-// which the body passes the touch at the right speed, in Bullet's steps.
+// which the body passes the touch at the right speed, in Bullet's steps. Of the two steps that end
+// and begin beside the touch it is the nearer one, if the bodies hardly sink in until then: else
+// each bounce would come up to two steps early, and a series of them would end too soon.
 #pragma once
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
@@ -29,6 +31,8 @@ struct WriteSettings {
   // [m] Of a patch that bounces, points that miss the touch by less in this step bounce, too: which
   // of a face's points touch first is noise below that, and those alone would turn the body.
   double together = 0;
+  // [m] What bounces may be that deep before it does.
+  double sinks = 0;
   // [m] Of a swept pair: points that would close by more in the step are stopped at the touch by
   // bare rows, since a spring lets a fast body through a thin wall. Infinite: none.
   double stopsFrom = std::numeric_limits<double>::infinity();
@@ -43,6 +47,7 @@ struct StepPoint {
   const WriteSettings& settings;
   Vec3 pull = Vec3::Zero();                 // gravity of A over that of B [m/s^2]
   double late = 0;                          // [m] WriteSettings::together, where its patch bounces
+  bool waits = false;                       // the pair bounces in the next step
   bool first = false;                       // of its patch
   const btManifoldPoint* before = nullptr;  // last step's point, or null
   double restitution = 0;                   // the pair's, as Bullet combines it, or a callback's
@@ -50,6 +55,7 @@ struct StepPoint {
   double closing() const;  // how fast the bodies approach each other there [m/s]
   double way() const;      // by which it closes in the step [m]
   bool touches() const { return source.depth + way() > 0; }  // within the step
+  bool touchesLate() const;  // nearer to the step's end, and is hardly deep there
 };
 
 // A row without a spring.

@@ -100,7 +100,7 @@ TEST(Impact, FlatFacesTurnNothing) {
           for (const btRigidBody* body : {&a, &b})
             turns = std::max(turns, double(body->getAngularVelocity().length()));
         }
-        EXPECT_LT(turns, e > 0 ? 1e-3 : 0.6);
+        EXPECT_LT(turns, e > 0 ? 1e-3 : 0.2);
         const double most = e > 0 ? 1e-4 : 0.02;
         EXPECT_NEAR(a.getLinearVelocity().x(), (kMassA - e * kMassB) / kMass, most);
         EXPECT_NEAR(b.getLinearVelocity().x(), (1 + e) * kMassA / kMass, most);
@@ -124,13 +124,14 @@ TEST(Impact, NothingSinksInWhereItMayBounce) {
 
 // Bounces follow each other at e times the time: all take v / g (1 + 2 e / (1 - e)). At 60 Hz the
 // part of a step at which each falls moves the end by up to 0.4 s, by chance: the mean of rates.
+// The last bounces, below 5 cm/s, take 1.7 % of it and are not seen.
 TEST(Impact, ABallComesToRestInTheTimeOfTheSeries) {
   const double fall = std::sqrt(2 * kHeight / kGravity), e = 0.9;
   const double series = fall * (1 + 2 * e / (1 - e));
   for (const double rate : kRates) {
     double mean = 0;
     for (int k = -4; k <= 4; ++k) mean += drop(ball(false), e, (1 + 0.01 * k) * rate, 8).still / 9;
-    EXPECT_NEAR(mean, series, 0.05 * series) << rate;
+    EXPECT_NEAR(mean, series, 0.04 * series) << rate;
   }
 }
 
