@@ -127,8 +127,7 @@ void reducing(benchmark::State& state) {
       const auto* const patch = &sums;
       CcFlat flat{};
       const CcPatchForce force = ccForceOf(patch, false, false, kA, &flat);
-      const CcNearestHit center = ccNoHit(force.center, force.normal, CC_WETS, 0);
-      CcPlan plan = ccPlanOf(patch, &force, &flat, &center, kVoxel);
+      CcPlan plan = ccPlanOf(patch, &force, &flat, 0, kVoxel);
       benchmark::DoNotOptimize(plan);
     }
   perItem(state, "s per hit", double(found.hits.size()), 0);

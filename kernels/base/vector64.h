@@ -113,14 +113,6 @@ CC_FN CcSymmetric2 ccMatrixRoot(CcSymmetric2 m) {
   return root;
 }
 
-// The product r m r.
-CC_FN CcSymmetric2 ccBothSides(CcSymmetric2 r, CcSymmetric2 m) {
-  const CcMatrix2 full = {r.uu, r.uv, r.uv, r.vv}, once = ccTimesSymmetric(full, m);
-  const CcSymmetric2 both = {once.uu * r.uu + once.uv * r.uv, once.uu * r.uv + once.uv * r.vv,
-                             once.vu * r.uv + once.vv * r.vv};
-  return both;
-}
-
 // A rigid placement, x -> turn x + shift; `turn` by rows.
 typedef struct {
   double turn[9], shift[3];

@@ -19,6 +19,8 @@
 // The terms that turn a pair's patches into a contact.
 typedef struct {
   CcPlacement frame, toA;  // of the frame body in the world and in A's frame
+  double pivots[2][3];     // what A and B turn about, in the frame body [m]
+  double eases[2];         // how easily each turns, relative to the other
   double voxel;            // the larger of the bodies' [m]
   double stiffness, damping;
   double gap;      // by which the search moved the bodies together [m]
@@ -60,7 +62,6 @@ typedef struct {
   int doubt;
   float error;    // of the pair's depth [m]
   float pointed;  // CcWhole::pointed
-  int unused;
 } CcContactPatch;
 
 // The pair's patches as a whole, but for the sum of their shares. `size`: of the patches' forces.
@@ -69,6 +70,19 @@ CC_FN CcWhole ccWholeOf(const CcPairSums* sums, double size, double depth, doubl
   CcWhole w = {size, sums->area, 0.0, terms->foundation ? 0.0 : depth, error, 0.0};
   w.pointed = ccClamp64(ccPointedness(sums, w.depth), 0.0, CC_MOST_POINTED);
   return w;
+}
+
+// The height over a patch of the centers that the bodies turn about [m]: their mean, as each turns
+// more easily. A hook has its own on the other side of the ring that it hangs in, and rolls there
+// as a ball does.
+CC_FN double ccLeverOf(CC_GLOBAL const CcTerms* terms, const CcPatchForce* force) {
+  double sum = 0.0, eases = 0.0;
+  for (int s = 0; s < 2; ++s) {
+    const CcVec arm = ccMinus(force->center, ccVecAt(terms->pivots[s]));
+    sum += terms->eases[s] * ccAbs64(ccDot64(force->normal, arm));
+    eases += terms->eases[s];
+  }
+  return eases > 0.0 ? sum / eases : 0.0;
 }
 
 // Whether a patch counts. `all`: sum of the patches' forces. The foundation law is the gradient of
@@ -145,7 +159,6 @@ CC_FN void ccContactOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force,
   out->doubt = ccDoubtOf(patch, pushes, confidence);
   out->error = (float)whole->error;
   out->pointed = (float)whole->pointed;
-  out->unused = 0;
 }
 
 // The most depth of a point, over the pair's.

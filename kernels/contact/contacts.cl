@@ -24,7 +24,7 @@ uint ccPairSumsOf(__global const CcTerms* terms, __global const CcSums* patches,
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccForces(
     __global const CcPair* pairs, __global CcResults* results, __global const CcSums* patches,
     __global CcPatchForce* forces, __global CcWhole* wholes, __global CcListed* listed,
-    __global CcPlaced* placed, __global const CcField* fields, __global const CcVoxel* records,
+    __global const CcField* fields, __global const CcVoxel* records,
     __global const int* ints, __global const CcFound* found, __global const float4* hits,
     __global const CcShape* shapes, uint firstShape) {
   __local ushort kept[CC_MOST_BINS];
@@ -86,12 +86,6 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccForces(
       begin += all;
     }
   }
-  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
-  for (uint i = lid; i < count; i += CC_TEAM) {
-    __global const CcPatchForce* force = &forces[first + kept[i]];
-    placed[place + i].moved = 1;
-    placed[place + i].found[0] = ccNoHit(force->center, force->normal, CC_WETS, 0.0);
-  }
 }
 
 // Asks what is nearest to a plan's places.
@@ -102,7 +96,7 @@ void ccAskPlaces(const CcPlan* plan, const CcPatchForce* force, const CcFlat* fl
                            CC_COVERS, CC_ABOVE);
 }
 
-// Plans where the points of contacts stand, from what is nearest to the patches' centers.
+// Plans where the points of contacts stand.
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccPlans(
     __global const CcPair* pairs, __global const CcResults* results,
     __global const CcSums* patches, __global const CcPatchForce* forces,
@@ -112,10 +106,11 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccPlans(
     const CcListed from = listed[k];
     const CcPatchForce force = forces[from.patch];
     const CcFlat flat = ccFlatten(&patches[from.patch], force.normal);
-    const CcNearestHit center = placed[k].found[0];
-    const CcPlan plan =
-        ccPlanOf(&patches[from.patch], &force, &flat, &center, pairs[from.pair].terms.voxel);
+    __global const CcTerms* terms = &pairs[from.pair].terms;
+    const CcPlan plan = ccPlanOf(&patches[from.patch], &force, &flat, ccLeverOf(terms, &force),
+                                 terms->voxel);
     placed[k].plan = plan;
+    placed[k].moved = 1;
     ccAskPlaces(&plan, &force, &flat, &placed[k]);
   }
 }

@@ -334,15 +334,15 @@ void ccAnswer(__local CcWetRoom* r, const CcPatchHits* p, uint places) {
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 
-// Finds what is nearest to the centers of all contacts' patches (round -1), or to their places, and
-// to the places' mirror images, if these may move in this round.
+// Finds what is nearest to the places of all contacts' points, and to the places' mirror images if
+// these may move in this round.
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccNearest(
     __global const CcResults* results, __global const CcListed* listed,
     __global const uint* queues, __global const CcGrown* grown, __global const CcBin* bins,
     __global const float4* lined, __global const CcFacing* facing, __global CcPlaced* placed,
     int round) {
   __local CcWetRoom room;
-  const uint lid = get_local_id(0), places = round < 0 ? 1u : 4u;
+  const uint lid = get_local_id(0), places = 4u;
   const uint all = results->counters[CC_CONTACTS];
   for (uint k = get_group_id(0); k < all; k += get_num_groups(0)) {
     if (!placed[k].moved) continue;
@@ -356,7 +356,7 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccNearest(
       own->asks = 1;
       own->known = CC_NOBODY;
     }
-    for (int mirrored = 0; mirrored < (round < 0 || round == CC_WET_ROUNDS ? 1 : 2); ++mirrored) {
+    for (int mirrored = 0; mirrored < (round == CC_WET_ROUNDS ? 1 : 2); ++mirrored) {
       ccAnswer(&room, &p, places);
       if (lid >= places) continue;
       const CcNearestHit answer = own->asked;
@@ -365,7 +365,7 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccNearest(
         continue;
       }
       found = answer;
-      own->asks = round >= 0 && placed[k].plan.pressed > 0.0 && ccIsBeside(&found, from.voxel);
+      own->asks = placed[k].plan.pressed > 0.0 && ccIsBeside(&found, from.voxel);
       own->known = own->found;
       own->asked = ccMirrored(&found);
     }

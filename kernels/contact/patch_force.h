@@ -10,16 +10,22 @@
 // points at x0 + sqrt(C') (+-1, +-1) with depths 1 + g.xi have force 1 and center of pressure
 // x0 + C' g, for any C' and g. So x0 = cop - C' g makes the wrench exact, and the rest is free:
 //   g  = C^-1 (cop - x), the slope of the pressure, limited so that no point pulls;
-//   C' = C where a body rests on the patch, shrunk to zero where it rolls on it: there, points
-//        apart from the center would brake rolling, since an implicit step moves the pressure
-//        ahead by v h. A body rolls where relative curvature alone bounds the patch (ccFlatness()).
-// The root is symmetric, so the points do not turn with the eigenvectors of a round patch.
+//   C' = C where a body rests on the patch, shrunk to zero where it rolls on it.
+// The root is symmetric, so the points do not turn with the eigenvectors of a round patch. Of a
+// ring, they are exactly on its circle.
 //
-// A ring, an arc or a thread is not wet where such a plan puts its points. Where the patch's center
-// is dry, curvature alone does not bound it, and C' is C: of a ring, the points are then exactly on
-// its circle. Each point moves to the nearest hit (wet_hits.h) if it is beside all of them, and the
-// weights follow. Last, it moves along its own normal to midway between the surfaces, which changes
-// no moment.
+// Resting and rolling. As a body turns by an angle z over a patch of mean depth d, its center of
+// pressure moves by C/d z: C/d is the height of the metacenter over the patch, as of a ship whose
+// waterline is the patch. The body's own center, at the height l, moves by l z. So the pressure
+// turns the body about its center by the force times (C/d - l) z, which is what points with C' = C
+// - d l do within a step. Of a ball, as of all that is round about its center, this is zero, and
+// points apart would brake it: an implicit step moves the pressure ahead, but not the center. Of a
+// face, a ring or an edge C/d is many times l, and with its points in one place a body would rock
+// on them for ever, since each step sees only afterwards how far it has turned.
+//
+// An arc or a thread is not wet where such a plan puts its points. Each point moves to the nearest
+// hit (wet_hits.h) if it is beside all of them, and the weights follow. Last, it moves along its
+// own normal to midway between the surfaces, which changes no moment.
 #ifndef CLOUDCONTACT_KERNELS_PATCH_FORCE_H
 #define CLOUDCONTACT_KERNELS_PATCH_FORCE_H
 
@@ -36,15 +42,17 @@
 // with their flank brake a thread through the pair's damping: on an M16 thread their normals
 // are 3.3 deg off the direction of the screw with 8, 1.3 deg with 1.
 #define CC_LEAN_VOXELS 1.0
-// The patch of a rolling body is bounded by curvature alone. Its flatness is then noise, 0.06 under
-// a ball of 20 voxels that sags by 0.1, and points apart would brake it. So a flatness below this
-// counts as zero, and a slightly larger one as it is. Without it balls and cylinders lose 1.4-3.3 %
-// of their speed in 3 m, with it less than 1 %.
+// [voxels^2] The same of a patch's spin, and of how far it moves as bodies slide: its sums tell
+// both.
+#define CC_SPIN_NOISE 0.05
+// What a rolling body rests on is noise, 0.06 of C under a ball of 20 voxels that sags by 0.1, and
+// points apart would brake it. So less than this counts as none, and a little more as it is.
+// Without it balls and cylinders lose 1.4-3.3 % of their speed in 3 m, with it less than 1 %.
 #define CC_ROUND 0.09
 #define CC_ROUND_AGAIN 5.0
-// [voxels] How uneven the fits leave a surface beside edges: a patch may reach that much farther
-// than the curvature of its bodies lets it. The metacenter would need no such judgement
-// (docs/tried.md).
+// [voxels] How uneven the fits leave surfaces: a light touch may spread as if it were deeper by
+// this. Without it gears with half a voxel of backlash catch, since they roll on each other's
+// flanks.
 #define CC_UNEVEN 0.1
 // [voxels] A patch whose surfaces bend by less is flat, as curvature times the spread of places. A
 // box has 4e-6 at most, a peg of 40 voxels on a plane 0.03.
@@ -242,36 +250,32 @@ typedef struct {
   CcMatrix2 lean;
 } CcExtent;
 
-// How much of C counts along a direction. `turn`: by how much curvature parts the surfaces over the
-// patch, as their normals say [m]. It is 0 of a face. Where curvature alone bounds a patch it is
-// the mean depth, exactly: as the depth fades out at the patch's border, the divergence theorem
-// says so. Where it is much more, the normals tell of no curvature that a body rolls on: the patch
-// ends at an edge, such as the chamfer of a foot, and the body rests on that. With its points in
-// the middle no row sees it turn, and a peg rocks on them for ever.
-CC_FN double ccFlatness(double turn, double depth, double uneven) {
-  const double flat = turn < depth ? 1.0 - turn / depth : 1.0 - (depth + uneven) / turn;
-  return ccClamp64(ccMin64(flat, CC_ROUND_AGAIN * (flat - CC_ROUND)), 0.0, 1.0);
+// How much of a spread of places along one direction a body rests on [m^2]: all but what it `rolls`
+// on, once it is more than that and what `noise` makes of it.
+CC_FN double ccRests(double spread, double rolls, double noise) {
+  const double rests = spread - rolls, sure = rests - noise - CC_ROUND * spread;
+  return ccMin64(ccMax64(ccMin64(rests, CC_ROUND_AGAIN * sure), 0.0), spread);
 }
 
-// `depth`: the mean; `dry`: the patch's center, 0..1.
-CC_FN CcExtent ccExtentOf(const CcFlat* f, double depth, double voxel, double dry) {
+// `lever`: the height of the center that a body turns about [m]; `depth`: the mean.
+CC_FN CcExtent ccExtentOf(const CcFlat* f, double lever, double depth, double voxel) {
   const CcMatrix2 a = f->turn[0], b = f->turn[1];
-  const double wet = 1.0 - dry, mean = ccMax64(depth, 1e-30), uneven = CC_UNEVEN * voxel;
-  const double uu = wet * (a.uu + b.uu), vv = wet * (a.vv + b.vv),
-               uv = 0.5 * wet * ((a.uv + b.uv) + (a.vu + b.vu));
-  // Applies ccFlatness() to both eigenvalues, middle -+ apart, without eigenvectors.
-  const double middle = 0.5 * (uu + vv), lean = 0.5 * (uu - vv),
-               apart = CC_SQRT64(lean * lean + uv * uv);
-  const double low = ccFlatness(middle - apart, mean, uneven),
-               high = ccFlatness(middle + apart, mean, uneven);
-  const double both = 0.5 * (high + low), slope = apart > 0.0 ? 0.5 * (high - low) / apart : 0.0;
-  const CcSymmetric2 flatness = {both + slope * lean, slope * uv, both - slope * lean};
+  const CcSymmetric2 c = f->spread;
+  // Applies ccRests() to both eigenvalues, middle -+ apart, without eigenvectors.
+  const double middle = 0.5 * (c.uu + c.vv), lean = 0.5 * (c.uu - c.vv),
+               apart = CC_SQRT64(lean * lean + c.uv * c.uv);
+  const double rolls = lever * depth, uneven = lever * CC_UNEVEN * voxel;
+  const double low = ccRests(middle - apart, rolls, uneven),
+               high = ccRests(middle + apart, rolls, uneven);
+  const double mean = 0.5 * (high + low), slope = apart > 0.0 ? 0.5 * (high - low) / apart : 0.0;
   const CcMatrix2 across = {0.5 * (a.uu - b.uu), 0.5 * (a.uv - b.uv), 0.5 * (a.vu - b.vu),
                             0.5 * (a.vv - b.vv)};
   const double noise = CC_LEAN_VOXELS * voxel * CC_LEAN_VOXELS * voxel;
   CcExtent e;
-  e.kept = ccBothSides(ccMatrixRoot(f->spread), flatness);
-  e.lean = ccTimesSymmetric(across, ccInverse(f->spread, noise));
+  e.kept.uu = mean + slope * lean;
+  e.kept.uv = slope * c.uv;
+  e.kept.vv = mean - slope * lean;
+  e.lean = ccTimesSymmetric(across, ccInverse(c, noise));
   return e;
 }
 
@@ -315,14 +319,13 @@ typedef struct {
   int apart;     // near misses: a point's weight is for its gap
 } CcPlan;
 
-// Where the points of a patch would stand by its sums. `center`: what is nearest to its center;
-// `voxel`: the pair's [m].
+// Where the points of a patch would stand by its sums. `lever`: from its center to what a body
+// turns about [m]; `voxel`: the pair's [m].
 CC_FN CcPlan ccPlanOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, const CcFlat* f,
-                      const CcNearestHit* center, double voxel) {
+                      double lever, double voxel) {
   CcPlan plan;
   plan.pressed = ccPressed(patch->deepest, voxel);
-  const double dry = plan.pressed * ccDryness(center, voxel);
-  const CcExtent e = ccExtentOf(f, patch->facing / patch->area, voxel, dry);
+  const CcExtent e = ccExtentOf(f, lever, patch->facing / patch->area, voxel);
   // From the area's center to the center of pressure.
   const CcVec arm = ccTimes(1.0 / force->size, ccCross64(f->n, force->torque));
   plan.cop = ccTwo(ccDot64(f->t1, arm), ccDot64(f->t2, arm));
@@ -412,7 +415,7 @@ CC_FN double ccWeightOf(const CcPlan* plan, int i) {
 // torque. `found`: what is nearest to each place.
 CC_FN void ccPointsOf(const CcPatchForce* force, const CcFlat* f, const CcPlan* plan,
                       CC_GLOBAL const CcNearestHit* found, CcPatchPoint* points) {
-  const double noise = CC_LEAN_VOXELS * plan->voxel * CC_LEAN_VOXELS * plan->voxel;
+  const double noise = CC_SPIN_NOISE * plan->voxel * plan->voxel;
   const CcTwo* at = plan->at;
   CcTwo turned[4];
   double spin = ccDot64(f->n, force->torque) * (1.0 / force->size), polar = 0.0, most = 0.0;

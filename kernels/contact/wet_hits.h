@@ -11,17 +11,13 @@
 #include "kernels/base/vector64.h"
 #include "kernels/contact/hit_bins.h"
 
-// In widths of a hit's sample: where a place counts as within it, and how far beyond a patch's
-// center may be before the patch counts as dry there.
-#define CC_COVERS 0.35
-#define CC_WETS 1.0
+#define CC_COVERS 0.35  // [widths of a hit's sample] a place as near as this counts as within it
 // [voxels] Places as near as this to a sample stay where they are in the patch's plane. Farther
 // ones move this many times the way that they are beyond, up to the hit's middle: an arc is deepest
 // there, and its samples' borders are dry.
 #define CC_BESIDE_VOXELS 0.25
-#define CC_DRY_VOXELS 0.5
-// [voxels] Only patches that are pressed this deep are dry at their centers: beside rims that
-// hardly touch, samples stand that do not touch at all.
+// [voxels] Only the points of patches that are pressed this deep move: beside rims that hardly
+// touch, samples stand that do not touch at all.
 #define CC_PRESSED_VOXELS 0.1
 #define CC_INWARD 3.0
 // Of a way above or below a place, and of one to a hit's middle, against one to its sample's
@@ -140,12 +136,6 @@ CC_FN void ccTryHit(CcNearestHit* best, double cell, const float* at, const floa
 // How sure it is where a patch is wet, by its deepest sample: 0 where none is inside.
 CC_FN double ccPressed(double deepest, double voxel) {
   return ccClamp64(deepest / (CC_PRESSED_VOXELS * voxel), 0.0, 1.0);
-}
-
-// How dry a patch's center is, by what is nearest to it: 0 near a sample, 1 from a voxel farther
-// on. 0 without hits.
-CC_FN double ccDryness(const CcNearestHit* found, double voxel) {
-  return found->found ? ccClamp64(found->beside / voxel - CC_DRY_VOXELS, 0.0, 1.0) : 0.0;
 }
 
 // Whether a place may have to move. A place between the samples of a face has them on all sides, so

@@ -4,6 +4,8 @@
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
+#include <cmath>
+
 #include "bullet/convert.h"
 
 namespace cloudcontact {
@@ -70,6 +72,24 @@ Vec3 accelerationOf(const btCollisionObject& object) {
   if (const auto* link = btMultiBodyLinkCollider::upcast(&object))
     return fallOf(*link->m_multiBody);
   return Vec3::Zero();
+}
+
+double inverseInertiaOf(const btCollisionObject& object) {
+  if (object.isStaticOrKinematicObject()) return 0;
+  const auto mean = [](const btVector3& v) {
+    const double of = double(v.x() + v.y() + v.z()) / 3;
+    return of > 0 && std::isfinite(of) ? of : 0;
+  };
+  if (const auto* rigid = btRigidBody::upcast(&object))
+    return mean(rigid->getInvInertiaDiagLocal() * rigid->getAngularFactor().absolute());
+  const auto* link = btMultiBodyLinkCollider::upcast(&object);
+  if (!link) return 0;
+  const btMultiBody& body = *link->m_multiBody;
+  const bool isBase = link->m_link < 0;
+  if (isBase && body.hasFixedBase()) return 0;
+  const double inertia =
+      mean(isBase ? body.getBaseInertia() : body.getLink(link->m_link).m_inertiaLocal);
+  return inertia > 0 ? 1 / inertia : 0;
 }
 
 Vec3 gravityOf(const btCollisionObject& object) {

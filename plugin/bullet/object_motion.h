@@ -14,6 +14,8 @@ Motion motionOf(const btCollisionObject& object);
 // not move, and of multi-bodies with a fixed base, for their joints may bear these forces; links on
 // a free base fall as the whole does.
 Vec3 accelerationOf(const btCollisionObject& object);
+// The mean about the object's axes [1/(kg m^2)]; 0 of what nothing turns.
+double inverseInertiaOf(const btCollisionObject& object);
 
 // By gravity alone, in worlds that step [m/s^2]. Of multi-bodies as above: they do not know which
 // of their forces is gravity.

@@ -28,6 +28,11 @@ bool isFinite(const ContactBody& body) {
          body.motion.linear.allFinite() && body.motion.angular.allFinite();
 }
 
+void setPivot(const btCollisionObject& object, ContactBody& body) {
+  body.pivot = body.pose.toLocal(body.motion.center);
+  body.inverseInertia = inverseInertiaOf(object);
+}
+
 void moveBy(const Pose& way, ContactBody& body) {
   body.motion.center = way.toWorld(body.motion.center);
   body.pose = way * body.pose;
@@ -81,7 +86,7 @@ bool sameSpring(const KelvinVoigt& x, const KelvinVoigt& y) {
 
 bool sameBody(const ContactBody& x, const ContactBody& y) {
   return x.field == y.field && x.shape == y.shape && x.tissues == y.tissues && x.paper == y.paper &&
-         x.spring.has_value() == y.spring.has_value() &&
+         x.inverseInertia == y.inverseInertia && x.spring.has_value() == y.spring.has_value() &&
          (!x.spring || sameSpring(*x.spring, *y.spring));
 }
 
@@ -110,6 +115,7 @@ ContactBody asShape(const ContactBody& body, const PlacedSolid* recognized) {
   shape.field = nullptr;
   shape.shape = &recognized->solid;
   shape.pose = body.pose * recognized->place;
+  shape.pivot = recognized->place.toLocal(body.pivot);
   return shape;
 }
 
@@ -208,6 +214,7 @@ bool PairReader::setBodies(const CloudContactSettings& settings, const btCollisi
     }
     query.conversions += converted_[side].conversions() + triangles_[side].changes();
   }
+  for (int side = 0; side < 2; ++side) setPivot(*wraps[side]->getCollisionObject(), *bodies[side]);
   return !query.wrong && !query.apart;
 }
 

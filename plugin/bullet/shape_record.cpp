@@ -16,7 +16,7 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr std::uint32_t kVersion = 7;
+constexpr std::uint32_t kVersion = 8;
 constexpr const char* kNoData =
     "a law that is a function, or an area of the paper's method that is a cloud, cannot be saved: "
     "set it again after loading";

@@ -20,7 +20,7 @@ void patchIn(Archive& archive, Patch& p) {
   PatchTangent& t = p.tangent;
   archive(p.position, p.normal, p.depth, p.stiffness, p.damping, p.area, p.confidence, p.doubt,
           p.beside, p.firstPoint, p.points, t.along[0], t.along[1], t.middle, t.aside, t.trustA,
-          t.perDepth);
+          t.perDepth, t.twist);
   for (Eigen::Matrix2d* m : {&t.roll, &t.tilt, &t.bend, &t.lean}) matrixIn(archive, *m);
 }
 
@@ -35,7 +35,8 @@ inline bool isFinite(const Patch& p) {
   const Eigen::Vector2d vectors = t.middle + t.aside;
   return p.position.allFinite() && p.normal.allFinite() && t.along[0].allFinite() &&
          t.along[1].allFinite() && matrices.allFinite() && vectors.allFinite() &&
-         std::isfinite(p.depth + p.stiffness + p.damping + p.area + t.trustA + t.perDepth);
+         std::isfinite(p.depth + p.stiffness + p.damping + p.area + t.trustA + t.perDepth +
+                       t.twist);
 }
 
 inline bool isFinite(const ContactPoint& p) {

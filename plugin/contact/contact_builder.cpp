@@ -38,6 +38,9 @@ void validate(const ContactBody& body, const char* name) {
   if (!(std::abs(body.pose.orientation.squaredNorm() - 1) < kUnit))
     throw std::invalid_argument(std::string("ContactFinder::find: the orientation of body ") +
                                 name + " is not of length 1; normalize it");
+  if (!body.pivot.allFinite() || !(body.inverseInertia >= 0) || !std::isfinite(body.inverseInertia))
+    throw std::invalid_argument(std::string("ContactFinder::find: body ") + name +
+                                " needs a finite pivot and an inverse inertia of 0 or more");
 }
 
 CcPlacement placementOf(const Pose& pose) {
@@ -100,6 +103,7 @@ PatchTangent tangentOf(const CcPatchTangent& from, const Vec3& normal) {
   to.roll = matrix(roll), to.tilt = matrix(from.tilt);
   to.bend = matrix(from.bend), to.lean = matrix(from.lean);
   to.trustA = double(from.trustA), to.perDepth = double(from.perDepth);
+  to.twist = double(from.twist);
   return to;
 }
 
@@ -154,6 +158,14 @@ CcTerms termsOf(const ContactBody& a, const ContactBody& b, const ContactSetting
   terms.foundation = std::holds_alternative<Foundation>(settings.law);
   terms.oneSided = a.shape || b.shape;
   terms.sampled = a.shape ? kB : kA;
+  const ContactBody* const bodies[2] = {&a, &b};
+  for (int side = 0; side < 2; ++side) {
+    const ContactBody& body = *bodies[side];
+    const Vec3 pivot = frame.pose.toLocal(body.pose.toWorld(body.pivot));
+    for (int k = 0; k < 3; ++k) terms.pivots[side][k] = pivot[k];
+    const bool isPlane = body.shape && std::holds_alternative<HalfSpace>(*body.shape);
+    terms.eases[side] = isPlane ? 0 : body.inverseInertia;  // a plane has no end
+  }
   return terms;
 }
 
@@ -272,8 +284,7 @@ void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, double ended, boo
     if (p.spring) own.stiffness = p.spring->stiffness, own.damping = p.spring->damping;
     CcContactPatch& patch = contacts_.emplace_back();
     wet.take(hits, p.index);
-    const CcNearestHit center = wet.nearest(ccNoHit(p.force.center, p.force.normal, CC_WETS, 0));
-    CcPlan plan = ccPlanOf(p.sums, &p.force, &p.flat, &center, own.voxel);
+    CcPlan plan = ccPlanOf(p.sums, &p.force, &p.flat, ccLeverOf(&own, &p.force), own.voxel);
     plan.apart = own.gap > 0 && ccIsFlat(&p.flat, own.voxel);
     CcNearestHit found[4];
     wet.place(p.force, p.flat, plan, found);

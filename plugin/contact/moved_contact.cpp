@@ -84,6 +84,7 @@ struct PatchMotion {
   const Followers& by;
   const PatchTangent& tangent;
   Vec3 shift, tilt;               // of points and normals, besides moving with the bodies
+  Vec3 around, center;            // normals lean by `around` x the way from there, too
   double nearer, nearerAtMiddle;  // at the center of pressure, and of the area [m]
 
   PatchMotion(const Followers& followers, const Patch& patch)
@@ -95,6 +96,8 @@ struct PatchMotion {
     nearerAtMiddle = nearer + g.dot(tangent.middle);
     shift = inWorld(tangent.roll * g + nearer * tangent.aside);
     tilt = inWorld(tangent.tilt * g - tangent.bend * slide);
+    around = tangent.twist * patch.normal.dot(by.turn()) * patch.normal;
+    center = patch.position;
   }
   // By which its volume has become more.
   double growth() const { return std::max(0.0, 1 + tangent.perDepth * nearerAtMiddle); }
@@ -107,7 +110,8 @@ struct PatchMotion {
   void move(Vec3& position, Vec3& normal, double& depth) const {
     depth += by.nearer(position, normal);
     normal = (tangent.trustA * (by.byA.orientation * normal) +
-              (1 - tangent.trustA) * (by.byB.orientation * normal) + tilt)
+              (1 - tangent.trustA) * (by.byB.orientation * normal) + tilt +
+              around.cross(position - center))
                  .normalized();
     position = by.position(position) + shift;
   }

@@ -229,18 +229,16 @@ void OpenClBatch::makePoints(const cl::Buffer& bins, const cl::Buffer& grown,
   const cl::Buffer& facing = facing_.reserve(d, hits * sizeof(CcFacing));
   const auto contactsAt = static_cast<cl_uint>(contactsBegin_ / sizeof(CcContactPatch));
   const auto findNearest = [&](cl_int round) {
-    static constexpr const char* kRounds[] = {"ccNearest 0", "ccNearest 1", "ccNearest 2",
-                                              "ccNearest 3"};
-    static_assert(std::size(kRounds) == CC_WET_ROUNDS + 2);
-    run({"ccNearest", teams, CC_TEAM, kRounds[round + 1]}, results, listed, queues, grown, bins,
-        places, facing, placed, round);
+    static constexpr const char* kRounds[] = {"ccNearest 0", "ccNearest 1", "ccNearest 2"};
+    static_assert(std::size(kRounds) == CC_WET_ROUNDS + 1);
+    run({"ccNearest", teams, CC_TEAM, kRounds[round]}, results, listed, queues, grown, bins, places,
+        facing, placed, round);
   };
   run({"ccForces", count_ * CC_TEAM, CC_TEAM}, pairs, results, patches, forces, wholes, listed,
-      placed, fields_->table(), fields_->data(), fields_->data(), found_.buffer(), hitBuffer,
+      fields_->table(), fields_->data(), fields_->data(), found_.buffer(), hitBuffer,
       shapes_.buffer(), static_cast<cl_uint>(clouds_));
   run({"ccLineUp", std::min(kMaxItems, CC_LINING_UP * teams), CC_TEAM}, pairs, results, listed,
       queues, grown, bins, hitBuffer, order_.buffer(), places, facing);
-  findNearest(-1);
   run({"ccPlans", items, CC_TEAM}, pairs, results, patches, forces, listed, placed);
   for (cl_int round = 0; round < CC_WET_ROUNDS; ++round) {
     findNearest(round);

@@ -14,7 +14,8 @@ using namespace py::literals;
 
 OwnedBody makeBody(const py::object& shape, const py::object& pose, const py::object& velocity,
                    const py::object& angularVelocity, std::optional<TissueTable> tissues,
-                   std::optional<KelvinVoigt> spring, std::optional<PaperBody> paper) {
+                   std::optional<KelvinVoigt> spring, std::optional<PaperBody> paper,
+                   const py::object& pivot, double inverseInertia) {
   OwnedBody body = bodyFrom("shape", shape);
   body.pose = poseOf("pose", pose);
   if (!velocity.is_none()) body.linear = vectorOf("velocity", velocity);
@@ -30,6 +31,10 @@ OwnedBody makeBody(const py::object& shape, const py::object& pose, const py::ob
   }
   body.spring = spring;
   body.paper = std::move(paper);
+  if (!pivot.is_none()) body.pivot = vectorOf("pivot", pivot);
+  if (!(inverseInertia >= 0) || !std::isfinite(inverseInertia))
+    throw std::invalid_argument("inverse_inertia: must be 0 or more and finite");
+  body.inverseInertia = inverseInertia;
   return body;
 }
 
@@ -53,12 +58,14 @@ void bindBody(py::module_& module) {
       .def(
           py::init(&makeBody), "shape"_a, "pose"_a = py::none(), "velocity"_a = py::none(),
           "angular_velocity"_a = py::none(), "tissues"_a = py::none(), "spring"_a = py::none(),
-          "paper"_a = py::none(),
+          "paper"_a = py::none(), "pivot"_a = py::none(), "inverse_inertia"_a = 1.0,
           "shape: a SurfaceField or a solid; not both bodies may be solids. pose: where it is.\n"
           "velocity: of its frame's origin (3,) [m/s]. angular_velocity: (3,) [rad/s]. tissues:\n"
           "one for each material, or one; they replace the law's stiffness and damping. spring: a\n"
           "KelvinVoigt of a body without tissues beside one with; none: rigid. paper: a\n"
-          "PaperBody, whose base vectors then give the direction; none: nothing is stated.")
+          "PaperBody, whose base vectors then give the direction; none: nothing is stated. pivot:\n"
+          "what contacts turn it about, in its frame (3,) [m]; none: its origin. inverse_inertia:\n"
+          "how easily they do, over the other body's; 0: not at all, as what is fixed.")
       .def_property(
           "pose", [](const OwnedBody& b) { return b.pose; },
           [](OwnedBody& b, const py::object& pose) { b.pose = poseOf("pose", pose); },

@@ -14,6 +14,8 @@ ContactBody OwnedBody::view() const {
   body.tissues = tissues ? &*tissues : nullptr;
   body.spring = spring;
   body.paper = paper ? &*paper : nullptr;
+  body.pivot = pivot;
+  body.inverseInertia = inverseInertia;
   return body;
 }
 

@@ -21,6 +21,8 @@ struct OwnedBody {
   std::optional<TissueTable> tissues;
   std::optional<KelvinVoigt> spring;
   std::optional<PaperBody> paper;
+  Vec3 pivot = Vec3::Zero();
+  double inverseInertia = 1;
 
   Motion motion() const { return {linear, angular, pose.position}; }
   // Valid as long as this.

@@ -17,7 +17,7 @@ namespace {
 constexpr double kRadius = 0.004, kHeight = 0.05, kChamfer = 0.0005, kMass = 0.02;
 
 struct Rest {
-  double spin = 0;  // the largest in the last half second [rad/s]
+  double spin = 0;  // root mean square in the last half second [rad/s]
   double tilt = 0;  // of the axis at the end [rad]
 };
 
@@ -36,11 +36,14 @@ Rest rest(double voxel, double step, double stiffness) {
   btRigidBody& peg = scene.addCloud(field, kMass, at({0, 0, btScalar(h + 0.0005)}, tilt));
   Rest found;
   const int steps = static_cast<int>(3 / step);
+  int last = 0;
   for (int i = 0; i < steps; ++i) {
     scene.step(step);
-    if (i * step >= 2.5)
-      found.spin = std::max(found.spin, double(peg.getAngularVelocity().length()));
+    if (i * step < 2.5) continue;
+    found.spin += double(peg.getAngularVelocity().length2());
+    ++last;
   }
+  found.spin = std::sqrt(found.spin / last);
   found.tilt = std::acos(std::min(1.0, double(peg.getWorldTransform().getBasis()[2].z())));
   scene.world.setConstraintSolver(&scene.solver);
   return found;

@@ -329,7 +329,7 @@ TEST(MovedContact, RollsAndSlidesAsSearchesFind) {
           changeBy(k < 3 ? turnAbout(pair.touch, turn * way) : at(slide * way), pair);
       const Wrench &is = change.moved, &truth = change.searched;
       EXPECT_LT((is.torque - truth.torque).norm(),
-                0.15 * truth.torque.norm() + 0.05 * force * slide)
+                0.06 * truth.torque.norm() + 0.05 * force * slide)
           << pair.name << ", " << k;
       EXPECT_LT((is.force - truth.force).norm(), 0.12 * truth.force.norm() + 0.6 * force * turn)
           << pair.name << ", " << k;

@@ -27,10 +27,10 @@ TEST(Layout, BatchStructures) {
   EXPECT_EQ(sizeof(CcWay), 204u);
   EXPECT_EQ(sizeof(CcDirection), 228u);
   EXPECT_EQ(offsetof(CcDirection, hits), 212u);
-  EXPECT_EQ(sizeof(CcTerms), 240u);
-  EXPECT_EQ(sizeof(CcPair), 720u);
-  EXPECT_EQ(offsetof(CcPair, enough), 252u);
-  EXPECT_EQ(offsetof(CcPair, ways), 264u);
+  EXPECT_EQ(sizeof(CcTerms), 304u);
+  EXPECT_EQ(sizeof(CcPair), 784u);
+  EXPECT_EQ(offsetof(CcPair, enough), 316u);
+  EXPECT_EQ(offsetof(CcPair, ways), 328u);
   EXPECT_EQ(offsetof(CcResults, answers), 16u);
   EXPECT_EQ(sizeof(CcFound), 20u);
   EXPECT_EQ(sizeof(CcAnswer), 36u);

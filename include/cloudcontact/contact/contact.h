@@ -24,6 +24,11 @@ struct ContactBody {
   const Solid* shape = nullptr;
   Pose pose;
   Motion motion;
+  // What contacts turn the body about, in its own frame [m], and how easily, as its inverse inertia
+  // over the other body's; 0: not at all, as what is fixed or driven. Where a patch's points stand
+  // follows from them: together where bodies roll, apart where one rests (docs/force.md, "Points").
+  Vec3 pivot = Vec3::Zero();
+  double inverseInertia = 1;
   // The tissues of the field's cloud, one for each of its materials, or one for all; null: none
   // are stated. If either body has tissues, k and c of a patch are those of the tissues that it
   // touches, (1) and (2), in series over both bodies, and ContactSettings::law gives the form
@@ -79,6 +84,7 @@ struct PatchTangent {
   Eigen::Matrix2d lean = Eigen::Matrix2d::Zero();   // x to how the normal leans there [1/m]
   double trustA = 0.5;                              // of A's turn in the normal's; the rest is B's
   double perDepth = 0;  // [1/m] how fast its part of the pair's force grows; 0 of near misses
+  double twist = 0;     // A's spin over B to how normals lean around the center of pressure [1/m]
 };
 
 // A connected area of contact with one normal and one force.
