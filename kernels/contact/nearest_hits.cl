@@ -111,7 +111,7 @@ typedef struct {
 
 // A place that is looked up, and the line through it along its normal.
 typedef struct {
-  float4 place, normal;  // x, y, z; at first CC_ABOVE or 0, then how near hits may be; the reach
+  float4 place, normal;  // x, y, z; at first CC_ABOVE, then how near hits may be; the reach
   CcNearestHit asked;    // and the answer so far
   int asks;              // whether it is
   uint known;            // a hit that is near, or CC_NOBODY
@@ -304,7 +304,7 @@ void ccBeginLookUp(__local CcLookUp* l) {
   l->count = 0u;
 }
 
-// Answers what is asked of places, one or four; all of the team must call it.
+// Answers what is asked of four places; all of the team must call it.
 void ccAnswer(__local CcWetRoom* r, const CcPatchHits* p, uint places) {
   const uint lid = get_local_id(0);
   if (lid < places) ccBeginLookUp(&r->at[lid]);

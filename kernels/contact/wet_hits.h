@@ -33,7 +33,7 @@
 typedef struct {
   CcVec place, normal;
   double reach;       // of a sample, in its widths
-  double above;       // CC_ABOVE, or 0 if only what is beside the line counts
+  double above;       // what the square of a way along the line counts, CC_ABOVE
   double square;      // of the least way, by its parts' weights [m^2]
   double nearest;     // its root [m]
   CcVec at, surface;  // the hit, and its normal from A to B

@@ -125,44 +125,38 @@ TEST_F(Beside, NothingElseIsNear) {
   EXPECT_EQ(found.patches.size(), before);
 }
 
-// Nor is what a wide face covers far from its four points: its corners and its middle touch within
-// the step with the rest of it.
-TEST_F(Beside, AWideFaceIsOnePatch) {
-  const Body table = maker.box(Vec3(60, 60, 10)), box = maker.box(Vec3(50, 40, 12));
+// How many patches a body has that comes down on a table by 1.2 voxels a step, with what is beside.
+std::size_t patchesOf(const Body& table, const Body& body, const Pose& pose) {
   ContactSettings settings;
   settings.margin = kMargin;
-  for (const double gap : {0.9, 0.3, -0.1}) {
-    ContactFinder finder;
-    const ContactBody a = table.at({});
-    ContactBody b = box.at({Eigen::Quaterniond::Identity(), Vec3(0, 0, (11 + gap) * kVoxel)});
-    b.motion.linear.z() = -1.2 * kVoxel / kStep;
-    ContactResult found;
-    finder.search(a, b, settings, found);
-    EXPECT_EQ(found.patches.size(), 1u) << gap;
-    finder.lookBeside(a, b, settings, kStep, found);
-    EXPECT_EQ(found.patches.size(), 1u) << gap;
-  }
+  const ContactBody a = table.at({});
+  ContactBody b = body.at(pose);
+  b.motion.linear.z() = -1.2 * kVoxel / kStep;
+  ContactFinder finder;
+  ContactResult found;
+  finder.search(a, b, settings, found);
+  EXPECT_EQ(found.patches.size(), 1u);
+  finder.lookBeside(a, b, settings, kStep, found);
+  return found.patches.size();
 }
 
-// A line is covered along its length, and no farther beside it.
+// What a wide face covers far from its four points is no patch of its own: its corners and its
+// middle touch within the step with the rest of it.
+TEST_F(Beside, AWideFaceIsOnePatch) {
+  const Body table = maker.box(Vec3(60, 60, 10)), box = maker.box(Vec3(50, 40, 12));
+  for (const double gap : {0.9, 0.3, -0.1})
+    EXPECT_EQ(
+        patchesOf(table, box, {Eigen::Quaterniond::Identity(), kVoxel * Vec3(0, 0, 11 + gap)}), 1u)
+        << gap;
+}
+
+// Nor are the ends of a line.
 TEST_F(Beside, ALongLineIsOnePatch) {
   const Body table = maker.box(Vec3(90, 60, 10)),
              rod = maker.cloud(cylinderMesh(10 * kVoxel, 70 * kVoxel, 1e-5));
-  ContactSettings settings;
-  settings.margin = kMargin;
-  for (const double gap : {0.6, -0.1}) {
-    ContactFinder finder;
-    const ContactBody a = table.at({});
-    ContactBody b =
-        rod.at({Eigen::Quaterniond(Eigen::AngleAxisd(1.5707963267948966, Vec3::UnitY())),
-                Vec3(0, 0, (15 + gap) * kVoxel)});
-    b.motion.linear.z() = -1.2 * kVoxel / kStep;
-    ContactResult found;
-    finder.search(a, b, settings, found);
-    EXPECT_EQ(found.patches.size(), 1u) << gap;
-    finder.lookBeside(a, b, settings, kStep, found);
-    EXPECT_EQ(found.patches.size(), 1u) << gap;
-  }
+  const Eigen::Quaterniond lying(Eigen::AngleAxisd(1.5707963267948966, Vec3::UnitY()));
+  for (const double gap : {0.6, -0.1})
+    EXPECT_EQ(patchesOf(table, rod, {lying, kVoxel * Vec3(0, 0, 15 + gap)}), 1u) << gap;
 }
 
 // A trial that serves takes the contact's place; one that does not leaves it as it was, with the
