@@ -7,7 +7,6 @@
 #include "io/errors.h"
 #include "scene/bullet_vectors.h"
 #include "scene/scene_check.h"
-#include "scene/scene_joints.h"
 #include "scene/world_setup.h"
 
 namespace cloudcontact::program {
@@ -126,29 +125,6 @@ void World::State::drive(bool moves) {
   }
 }
 
-void World::State::addJoint(const SceneJoint& joint) {
-  for (const int body : {joint.parent, joint.child})
-    if (body >= 0 && bodies[body].soft)
-      throw BadInput("joint '" + joint.name + "': body '" + bodies[body].scene.name +
-                     "' deforms; hold its sides by <cloudcontact:soft held=\"...\"> instead");
-  // The joint's frame, with z along the axis.
-  Pose frame = joint.pose;
-  frame.orientation = shortestTurn(Vec3::UnitZ(), joint.axis);
-  // A fixed joint may be anywhere; at the center of mass no lever magnifies the solver's error.
-  if (joint.kind == SceneJoint::Kind::Fixed && joint.child >= 0)
-    frame.position = (bodies[joint.child].scene.pose * bodies[joint.child].parts.frame).position;
-  const auto seenFrom = [&](int body) {
-    if (body < 0) return toBullet(frame);
-    return toBullet((bodies[body].scene.pose * bodies[body].parts.frame).inverse() * frame);
-  };
-  btRigidBody& parent = joint.parent < 0 ? ground : *bodies[joint.parent].rigid;
-  btRigidBody& child = joint.child < 0 ? ground : *bodies[joint.child].rigid;
-  const btTransform inParent = seenFrom(joint.parent), inChild = seenFrom(joint.child);
-  joints.push_back(makeJoint(joint, parent, child, inParent, inChild));
-  world.addConstraint(joints.back().get(), true);
-  joined.insert(std::minmax(joint.parent, joint.child));
-}
-
 void World::State::settle(const WorldSettings& settings) {
   auto& info = world.getSolverInfo();
   if (settings.iterations) {
@@ -197,7 +173,7 @@ World::World(const SceneDescription& scene, const WorldSettings& settings) {
 
 // Bullet's world must lose its bodies and joints before they are destroyed.
 World::~World() {
-  for (auto& joint : state_->joints) state_->world.removeConstraint(joint.get());
+  for (auto& joint : state_->joints) state_->world.removeConstraint(joint.rows.get());
   for (auto& body : state_->bodies) {
     if (body.cuts)
       body.cuts->leaveWorld();

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "scene/scene_dispatcher.h"
+#include "scene/scene_joints.h"
 #include "scene/scene_shapes.h"
 #include "scene/world.h"
 
@@ -35,6 +36,11 @@ struct World::State {
     int cutLinks = 0;
     BodyLoad load = {};
     double driveFrom = 0;  // since when a driven body moves as it does, from scene.pose [s]
+  };
+
+  struct Joint {
+    SceneJoint scene;
+    std::unique_ptr<JointConstraint> rows;
   };
 
   explicit State(const SceneDescription& scene, const WorldSettings& settings);
@@ -67,6 +73,7 @@ struct World::State {
   void setSpring(Body& body, const SceneBody& like);
   void setMass(Body& body, double mass);
   void addJoint(const SceneJoint& joint);
+  const Joint& movingAxis(std::size_t joint, std::size_t axis) const;
   void settle(const WorldSettings& settings);
   void noteFrictionless() const;
   void noteSoftOnPlanes() const;
@@ -84,7 +91,7 @@ struct World::State {
   btRigidBody ground{0, nullptr, nullptr};
   TimedSolver solver;
   std::vector<Body> bodies;
-  std::vector<std::unique_ptr<btTypedConstraint>> joints;
+  std::vector<Joint> joints;
   std::set<std::pair<int, int>> joined;
   btSoftRigidDynamicsWorld world;
   WorldCutter cutter;

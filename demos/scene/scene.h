@@ -18,6 +18,8 @@
 #include <variant>
 #include <vector>
 
+#include "scene/scene_joint.h"
+
 namespace cloudcontact::program {
 
 // Geometries, centered at the origin of their frame, axes along z. [m]
@@ -121,21 +123,6 @@ struct SceneBody {
   std::optional<SceneDrive> drive = {};
   bool isSoft() const { return collisions.size() == 1 && collisions[0].soft; }
   bool isFree() const { return !isStatic && !drive; }  // forces move it
-};
-
-struct SceneJoint {
-  enum class Kind { Fixed, Revolute, Prismatic };
-  std::string name;
-  Kind kind = Kind::Fixed;
-  int parent = -1, child = -1;  // index into bodies, -1: the world
-  Pose pose;                    // of the joint's frame in the world, at the start
-  Vec3 axis = Vec3::UnitZ();    // in the world, at the start
-  std::optional<double> lower;  // [rad], [m] for a prismatic joint
-  std::optional<double> upper;
-  // Of a revolute or prismatic joint: a spring that pulls it to `rest`, its damper, and a friction
-  // that holds it still up to this torque or force. [N m/rad, N m s/rad, rad, N m] or [N/m, N s/m,
-  // m, N]
-  double spring = 0, damping = 0, rest = 0, friction = 0;
 };
 
 struct SceneDescription {

@@ -48,6 +48,20 @@ bool isUsable(const SceneDrive& drive) {
 
 constexpr const char* kFinite = "finite, and at most 1e30";
 
+void checkAxis(const std::string& owner, const SceneAxis& axis) {
+  if (!axis.axis.allFinite() || axis.axis.norm() < 1e-12)
+    refuse(owner, "axis", "finite and not 0");
+  if (axis.lower && std::isnan(*axis.lower)) refuse(owner, "lower", "a number");
+  if (axis.upper && std::isnan(*axis.upper)) refuse(owner, "upper", "a number");
+  if (axis.lower && axis.upper && *axis.lower > *axis.upper)
+    refuse(owner, "lower", "at most the upper limit");
+  notNegative(owner, "spring", axis.spring);
+  notNegative(owner, "damping", axis.damping);
+  notNegative(owner, "friction", axis.friction);
+  if (!std::isfinite(axis.rest)) refuse(owner, "rest", "finite");
+  if (!(axis.effort >= 0)) refuse(owner, "effort", "0 or more");
+}
+
 }  // namespace
 
 void validate(const SceneBody& body) {
@@ -73,16 +87,14 @@ void validate(const SceneJoint& joint) {
   const std::string owner = "joint '" + joint.name + "'";
   if (joint.parent == joint.child) refuse(owner, "parent", "another body than the child");
   if (!isUsable(joint.pose)) refuse(owner, "position", kFinite);
-  if (!joint.axis.allFinite() || joint.axis.norm() < 1e-12)
-    refuse(owner, "axis", "finite and not 0");
-  if (joint.lower && std::isnan(*joint.lower)) refuse(owner, "lower", "a number");
-  if (joint.upper && std::isnan(*joint.upper)) refuse(owner, "upper", "a number");
-  if (joint.lower && joint.upper && *joint.lower > *joint.upper)
-    refuse(owner, "lower", "at most the upper limit");
-  notNegative(owner, "spring", joint.spring);
-  notNegative(owner, "damping", joint.damping);
-  notNegative(owner, "friction", joint.friction);
-  if (!std::isfinite(joint.rest)) refuse(owner, "rest", "finite");
+  checkAxis(owner, joint);
+  if (joint.kind == SceneJoint::Kind::Screw && !(std::abs(joint.pitch) > 0))
+    refuse(owner, "pitch", "not 0");
+  if (!std::isfinite(joint.pitch)) refuse(owner, "pitch", kFinite);
+  if (joint.kind != SceneJoint::Kind::Universal) return;
+  checkAxis(owner + ", second axis", joint.second);
+  if (std::abs(joint.axis.normalized().dot(joint.second.axis.normalized())) > 0.01)
+    refuse(owner, "second axis", "across the first");
 }
 
 void validate(const SceneDescription& scene) {

@@ -1,131 +1,257 @@
-// Fixed, revolute and prismatic joints.
+// Rows of a joint: what holds, limits and pushes it (scene_joints.h).
 #include "scene/scene_joints.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "scene/bullet_vectors.h"
 
 namespace cloudcontact::program {
-
 namespace {
 
-bool hasDynamics(const SceneJoint& joint) {
-  return joint.spring > 0 || joint.damping > 0 || joint.friction > 0;
-}
+using Kind = SceneJoint::Kind;
 
-// A place on the joint as this constraint counts it: angles are those of the first body in the
-// second, places those of the second in the first.
-double countedOf(const SceneJoint& joint, double place) {
-  return joint.kind == SceneJoint::Kind::Revolute ? -place : place;
-}
-
-// The axis moves between its limits; a missing one is as far off as the axis goes.
-void limit(btGeneric6DofSpring2Constraint& six, int axis, const SceneJoint& joint) {
-  if (!joint.lower && !joint.upper) return six.setLimit(axis, 1, -1);  // lower above upper: free
-  const double far = joint.kind == SceneJoint::Kind::Revolute ? 3.14 : 1e6;
-  const double one = countedOf(joint, joint.lower.value_or(-far)),
-               other = countedOf(joint, joint.upper.value_or(far));
-  six.setLimit(axis, btScalar(std::min(one, other)), btScalar(std::max(one, other)));
-}
-
-// Bullet pulls with the spring of the step's start, which gains energy where a step is not short
-// beside the swing, and explodes where it is long. This joint pulls with the spring of the step's
-// middle and the damper of its end: with the row's velocity u, stiffness k, damping c, way e out of
-// rest, and step h, the impulse is h (k (e - h u / 2) - c u). The spring's work is then the energy
-// that it loses, in steps of any length, and bodies lose m (v' - v)^2 / 2 a step, which is Bullet's
-// own. The spring of the step's end, as of contacts, would lose twice that. It needs
-// NewtonSolver.
-class SpringJoint : public btGeneric6DofSpring2Constraint {
- public:
-  SpringJoint(const SceneJoint& joint, btRigidBody& parent, btRigidBody& child,
-              const btTransform& inParent, const btTransform& inChild)
-      : btGeneric6DofSpring2Constraint(parent, child, inParent, inChild),
-        turns_(joint.kind == SceneJoint::Kind::Revolute),
-        stiffness_(joint.spring),
-        damping_(joint.damping),
-        rest_(countedOf(joint, joint.rest)) {
-    enableSpring(turns_ ? 5 : 2, true);
-  }
-
-  void getInfo1(btConstraintInfo1* info) override {
-    btGeneric6DofSpring2Constraint::getInfo1(info);
-    rows_ = info->m_numConstraintRows;
-  }
-
-  // The spring's row is the last of its axis, and angles come before places.
-  void getInfo2(btConstraintInfo2* info) override {
-    btGeneric6DofSpring2Constraint::getInfo2(info);
-    const int row = turns_ ? rows_ - 4 : rows_ - 1, at = row * info->rowskip;
-    const double h = 1 / double(info->fps), per = 0.5 * h * stiffness_ + damping_;
-    const double away = double(turns_ ? getAngle(2) : getRelativePivotPosition(2)) - rest_;
-    info->m_constraintError[at] = btScalar((turns_ ? -away : away) * stiffness_ / per);
-    info->cfm[at] = btScalar(1 / (h * per) / inverseMassOf(*info, at));
-    info->m_lowerLimit[at] = -SIMD_INFINITY;
-    info->m_upperLimit[at] = SIMD_INFINITY;
-  }
-
- private:
-  // Of the bodies along a row.
-  double inverseMassOf(const btConstraintInfo2& info, int at) const {
-    const auto vector = [at](const btScalar* v) { return btVector3(v[at], v[at + 1], v[at + 2]); };
-    const auto of = [&](const btRigidBody& body, const btVector3& line, const btVector3& turn) {
-      return double(line.length2() * body.getInvMass() +
-                    turn.dot(body.getInvInertiaTensorWorld() * turn));
-    };
-    return of(m_rbA, vector(info.m_J1linearAxis), vector(info.m_J1angularAxis)) +
-           of(m_rbB, vector(info.m_J2linearAxis), vector(info.m_J2angularAxis));
-  }
-
-  bool turns_;
-  double stiffness_, damping_, rest_;
-  int rows_ = 0;
+// In how many directions of its frame a kind holds the child, from x on.
+struct Held {
+  int shifts, turns;
 };
-
-// Slides along the frame's z, or turns about it.
-std::unique_ptr<btTypedConstraint> sixOf(const SceneJoint& joint, btRigidBody& parent,
-                                         btRigidBody& child, const btTransform& inParent,
-                                         const btTransform& inChild) {
-  const int axis = joint.kind == SceneJoint::Kind::Revolute ? 5 : 2;
-  const bool springs = joint.spring > 0 || joint.damping > 0;
-  std::unique_ptr<btGeneric6DofSpring2Constraint> six;
-  if (springs)
-    six = std::make_unique<SpringJoint>(joint, parent, child, inParent, inChild);
-  else
-    six = std::make_unique<btGeneric6DofSpring2Constraint>(parent, child, inParent, inChild);
-  for (int i = 0; i < 6; ++i) six->setLimit(i, 0, 0);
-  limit(*six, axis, joint);
-  if (joint.friction > 0) {
-    six->enableMotor(axis, true);
-    six->setTargetVelocity(axis, 0);
-    six->setMaxMotorForce(axis, btScalar(joint.friction));
+Held heldBy(Kind kind) {
+  switch (kind) {
+    case Kind::Fixed:
+      return {3, 3};
+    case Kind::Revolute:
+      return {3, 2};
+    case Kind::Prismatic:
+      return {2, 3};
+    case Kind::Screw:
+      return {3, 2};  // along z as it turns
+    case Kind::Ball:
+      return {3, 0};
+    case Kind::Universal:
+      return {3, 1};
   }
-  return six;
+  return {3, 3};
+}
+
+// What pushes an axis beside its limits, in the order of the rows.
+std::array<JointMotor, 3> drivesOf(const SceneAxis& axis, const JointMotor& motor) {
+  JointMotor own = motor;
+  own.most = std::min(own.most, axis.effort);
+  constexpr double kAll = std::numeric_limits<double>::infinity();
+  const JointMotor brake{.damping = axis.friction > 0 ? kAll : 0, .most = axis.friction};
+  return {JointMotor{.position = axis.rest, .stiffness = axis.spring, .damping = axis.damping},
+          brake, own};
+}
+
+// The angle nearest to `to` that is `angle` but for whole turns.
+double nearest(double angle, double to) {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  return angle + kTurn * std::round((to - angle) / kTurn);
 }
 
 }  // namespace
 
-std::unique_ptr<btTypedConstraint> makeJoint(const SceneJoint& joint, btRigidBody& parent,
-                                             btRigidBody& child, const btTransform& inParent,
-                                             const btTransform& inChild) {
-  if (joint.kind == SceneJoint::Kind::Fixed)
-    return std::make_unique<btFixedConstraint>(parent, child, inParent, inChild);
-  if (joint.kind == SceneJoint::Kind::Prismatic || hasDynamics(joint))
-    return sixOf(joint, parent, child, inParent, inChild);
-  auto hinge = std::make_unique<btHingeConstraint>(parent, child, inParent, inChild, true);
-  constexpr double kTurn = 3.14;  // a missing limit: as far as a hinge goes
-  if (joint.lower || joint.upper)
-    hinge->setLimit(btScalar(joint.lower.value_or(-kTurn)), btScalar(joint.upper.value_or(kTurn)));
-  return hinge;
+// The joint's frames now: the parent's, and the child's.
+struct JointConstraint::Frames {
+  btTransform parent, child;
+  btVector3 x() const { return parent.getBasis().getColumn(0); }
+  btVector3 z() const { return parent.getBasis().getColumn(2); }
+  // The axis that a joint's child turns about, or slides along.
+  btVector3 line(std::size_t i) const { return i == 0 ? z() : child.getBasis().getColumn(0); }
+};
+
+// Writes rows. A row's speed is that of the child as seen from the parent.
+class JointConstraint::Rows {
+ public:
+  Rows(btConstraintInfo2& info, const btRigidBody& parent, const btRigidBody& child,
+       const btVector3& point)
+      : info_(info),
+        parent_(parent),
+        child_(child),
+        armParent_(point - parent.getCenterOfMassPosition()),
+        armChild_(point - child.getCenterOfMassPosition()) {}
+
+  double step() const { return 1 / double(info_.fps); }
+  // A shift and a turn that stay 0; `error`: what they are.
+  void hold(const btVector3& shift, const btVector3& turn, double error) {
+    write(shift, turn, -double(info_.erp) / step() * error, 0, -HUGE_VAL, HUGE_VAL);
+  }
+  // A place that is to stay above 0 along `side` (1) or below (-1).
+  void limit(const btVector3& shift, const btVector3& turn, double place, int side) {
+    const bool passed = side * place < 0;
+    write(shift, turn, -(passed ? double(info_.erp) : 1.0) / step() * place, 0,
+          side > 0 ? 0 : -HUGE_VAL, side > 0 ? HUGE_VAL : 0);
+  }
+  // With the row's speed u at the step's end, h (f + k (e - h u / 2) + c (v - u)): a row of the
+  // softness 1 / (h (h k / 2 + c)). The spring's work is then the energy that it loses, in steps of
+  // any length, and bodies lose m (v' - v)^2 / 2 a step, which is Bullet's own. Bullet's springs
+  // are those of the step's start, which gain energy, and explode in long steps; those of its end,
+  // as contacts are, would lose twice as much.
+  void drive(const btVector3& shift, const btVector3& turn, double place, const JointMotor& by) {
+    const double h = step(), per = 0.5 * h * by.stiffness + by.damping;
+    const double most = h * by.most;
+    if (!(per > 0)) {
+      const double push = std::clamp(h * by.force, -most, most);
+      return write(shift, turn, 0, 0, push, push);
+    }
+    const double start = by.force + by.stiffness * (by.position - place);
+    const double wanted = std::isinf(per) ? by.velocity : (start + by.damping * by.velocity) / per;
+    write(shift, turn, wanted, 1 / (h * per), -most, most);
+  }
+
+ private:
+  // `wanted`: the row's speed; `soft`: what it gives way by a unit of impulse; the impulse's limits.
+  void write(const btVector3& shift, const btVector3& turn, double wanted, double soft, double low,
+             double high) {
+    const btVector3 onParent = armParent_.cross(shift) + turn,
+                    onChild = armChild_.cross(shift) + turn;
+    const int at = row_++ * info_.rowskip;
+    for (int k = 0; k < 3; ++k) {
+      info_.m_J1linearAxis[at + k] = -shift[k];
+      info_.m_J2linearAxis[at + k] = shift[k];
+      info_.m_J1angularAxis[at + k] = -onParent[k];
+      info_.m_J2angularAxis[at + k] = onChild[k];
+    }
+    info_.m_constraintError[at] = btScalar(wanted);
+    // Bullet takes it relative to how easily the bodies move along the row.
+    const double eases = easeOf(parent_, shift, onParent) + easeOf(child_, shift, onChild);
+    info_.cfm[at] = eases > 0 ? btScalar(soft / eases) : 0;
+    info_.m_lowerLimit[at] = std::isinf(low) ? -SIMD_INFINITY : btScalar(low);
+    info_.m_upperLimit[at] = std::isinf(high) ? SIMD_INFINITY : btScalar(high);
+  }
+  static double easeOf(const btRigidBody& body, const btVector3& shift, const btVector3& turn) {
+    return double(shift.length2() * body.getInvMass() +
+                  turn.dot(body.getInvInertiaTensorWorld() * turn));
+  }
+
+  btConstraintInfo2& info_;
+  const btRigidBody &parent_, &child_;
+  btVector3 armParent_, armChild_;
+  int row_ = 0;
+};
+
+JointConstraint::JointConstraint(const SceneJoint& joint, btRigidBody& parent, btRigidBody& child,
+                                 const btTransform& inParent, const btTransform& inChild)
+    : btTypedConstraint(MAX_CONSTRAINT_TYPE, parent, child),
+      joint_(joint),
+      inParent_(inParent),
+      inChild_(inChild),
+      origin_(inChild.getOrigin()) {
+  setJointFeedback(&feedback_);
 }
 
-void moveJoint(btTypedConstraint& joint, const btRigidBody& body, const btTransform& back) {
-  const bool isA = &joint.getRigidBodyA() == &body, isB = &joint.getRigidBodyB() == &body;
-  if (!isA && !isB) return;
-  const auto move = [&](auto& constraint, const btTransform& a, const btTransform& b) {
-    constraint.setFrames(isA ? back * a : a, isA ? b : back * b);
-  };
-  if (auto* hinge = dynamic_cast<btHingeConstraint*>(&joint))
-    move(*hinge, btTransform(hinge->getAFrame()), btTransform(hinge->getBFrame()));
-  else if (auto* six = dynamic_cast<btGeneric6DofSpring2Constraint*>(&joint))  // fixed, too
-    move(*six, btTransform(six->getFrameOffsetA()), btTransform(six->getFrameOffsetB()));
+JointConstraint::Frames JointConstraint::frames() const {
+  return {m_rbA.getCenterOfMassTransform() * inParent_,
+          m_rbB.getCenterOfMassTransform() * inChild_};
+}
+
+// With the second axis, that of the child's x, across the first, the child is the parent turned
+// about z by the first angle and then about its own x by the second.
+double JointConstraint::placeOf(std::size_t i, const Frames& at) const {
+  const btMatrix3x3 &p = at.parent.getBasis(), &c = at.child.getBasis();
+  if (joint_.kind == Kind::Prismatic)
+    return double((at.child.getOrigin() - at.parent.getOrigin()).dot(at.z()));
+  const btVector3 x = c.getColumn(0), z = p.getColumn(2);
+  const double angle =
+      i == 0 ? std::atan2(double(x.dot(p.getColumn(1))), double(x.dot(p.getColumn(0))))
+             : std::atan2(double(z.dot(c.getColumn(1))), double(z.dot(c.getColumn(2))));
+  return nearest(angle, places_[i]);
+}
+
+AxisState JointConstraint::axis(std::size_t i) const {
+  const Frames at = frames();
+  AxisState state;
+  state.place = placeOf(i, at);
+  const btVector3 line = at.line(i), point = at.child.getOrigin();
+  if (joint_.turns())
+    state.speed = double((m_rbB.getAngularVelocity() - m_rbA.getAngularVelocity()).dot(line));
+  else
+    state.speed =
+        double((m_rbB.getVelocityInLocalPoint(point - m_rbB.getCenterOfMassPosition()) -
+                m_rbA.getVelocityInLocalPoint(point - m_rbA.getCenterOfMassPosition()))
+                   .dot(line));
+  state.direction = fromBullet(line);
+  return state;
+}
+
+// Bullet has torques about the centers of mass.
+JointState JointConstraint::state() const {
+  const btTransform& child = m_rbB.getCenterOfMassTransform();
+  const btVector3 arm = child.getBasis() * origin_;
+  return {fromBullet(child.getOrigin() + arm), fromBullet(feedback_.m_appliedForceBodyB),
+          fromBullet(feedback_.m_appliedTorqueBodyB - arm.cross(feedback_.m_appliedForceBodyB))};
+}
+
+void JointConstraint::moveFrame(const btRigidBody& body, const btTransform& back) {
+  if (&body == &m_rbA) inParent_ = back * inParent_;
+  if (&body != &m_rbB) return;
+  inChild_ = back * inChild_;
+  origin_ = back * origin_;
+}
+
+void JointConstraint::getInfo1(btConstraintInfo1* info) {
+  const Held held = heldBy(joint_.kind);
+  int rows = held.shifts + held.turns;
+  for (std::size_t i = 0; i < joint_.axes(); ++i) {
+    const SceneAxis& axis = joint_.at(i);
+    rows += axis.lower.has_value() + axis.upper.has_value();
+    for (const JointMotor& by : drivesOf(axis, motors_[i])) rows += by.pushes();
+  }
+  info->m_numConstraintRows = rows;
+  info->nub = 0;
+}
+
+void JointConstraint::getInfo2(btConstraintInfo2* info) {
+  const Frames at = frames();
+  for (std::size_t i = 0; i < joint_.axes(); ++i) places_[i] = placeOf(i, at);
+  Rows rows(*info, m_rbA, m_rbB, at.child.getOrigin());
+  holdShifts(at, rows);
+  holdTurns(at, rows);
+  for (std::size_t i = 0; i < joint_.axes(); ++i) push(i, at, rows);
+}
+
+void JointConstraint::holdShifts(const Frames& at, Rows& rows) const {
+  const btVector3 apart = at.child.getOrigin() - at.parent.getOrigin(), none(0, 0, 0);
+  const double lead = joint_.pitch / (2 * std::numbers::pi);
+  for (int k = 0; k < heldBy(joint_.kind).shifts; ++k) {
+    const btVector3 line = at.parent.getBasis().getColumn(k);
+    const bool threads = joint_.kind == Kind::Screw && k == 2;
+    rows.hold(line, threads ? btVector3(btScalar(-lead) * line) : none,
+              double(apart.dot(line)) - (threads ? lead * places_[0] : 0));
+  }
+}
+
+void JointConstraint::holdTurns(const Frames& at, Rows& rows) const {
+  const btVector3 none(0, 0, 0);
+  const int turns = heldBy(joint_.kind).turns;
+  if (turns == 0) return;
+  if (turns == 1) {  // the second axis stays across the first
+    const btVector3 line = at.z().cross(at.line(1));
+    if (line.length2() > 0.01)
+      return rows.hold(none, line.normalized(), -double(at.z().dot(at.line(1))));
+    return rows.hold(none, at.x(), 0);
+  }
+  btVector3 turned = at.z().cross(at.child.getBasis().getColumn(2));
+  if (turns == 3) {
+    btQuaternion between = at.child.getRotation() * at.parent.getRotation().inverse();
+    if (between.w() < 0) between = -between;
+    turned = 2 * btVector3(between.x(), between.y(), between.z());
+  }
+  for (int k = 0; k < turns; ++k) {
+    const btVector3 line = at.parent.getBasis().getColumn(k);
+    rows.hold(none, line, double(turned.dot(line)));
+  }
+}
+
+void JointConstraint::push(std::size_t i, const Frames& at, Rows& rows) const {
+  const SceneAxis& axis = joint_.at(i);
+  const btVector3 none(0, 0, 0), line = at.line(i);
+  const btVector3 &shift = joint_.turns() ? none : line, &turn = joint_.turns() ? line : none;
+  if (axis.lower) rows.limit(shift, turn, places_[i] - *axis.lower, 1);
+  if (axis.upper) rows.limit(shift, turn, places_[i] - *axis.upper, -1);
+  for (const JointMotor& by : drivesOf(axis, motors_[i]))
+    if (by.pushes()) rows.drive(shift, turn, places_[i], by);
 }
 
 }  // namespace cloudcontact::program

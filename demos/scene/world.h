@@ -8,6 +8,7 @@
 #include <cloudcontact/voxels/cloud.h>
 #include <cloudcontact/voxels/voxel_cut.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -154,9 +155,16 @@ struct DriveStart {
   Vec3 angular = Vec3::Zero();
 };
 
+// Of a joint: what the poses of its bodies do not tell.
+struct JointSave {
+  std::array<double, 2> places = {};  // AxisState::place
+  std::array<JointMotor, 2> motors;
+};
+
 // A state of a world. Numbers are those of the bodies, in their order.
 struct WorldSave {
   WorldState bullet;
+  std::vector<JointSave> joints;
   double time = 0, latestStep = 0;  // [s]
   ContactMoment moment;
   std::vector<BodyLoad> loads;
@@ -229,6 +237,16 @@ class World {
   void change(std::size_t body, const SceneBody& like);
   // Puts a body's frame elsewhere, with the velocity that it has. Call it between steps.
   void place(std::size_t body, const Pose& pose);
+  // In the order of the scene. The four that name one throw std::out_of_range where there is none,
+  // or it has no such axis.
+  std::size_t jointCount() const;
+  const SceneJoint& describedJoint(std::size_t joint) const;
+  JointState joint(std::size_t joint) const;
+  AxisState axis(std::size_t joint, std::size_t axis) const;
+  const JointMotor& motor(std::size_t joint, std::size_t axis) const;
+  // From the next step on. Throws std::invalid_argument for gains below 0, and numbers that are not
+  // finite where they must be.
+  void setMotor(std::size_t joint, std::size_t axis, const JointMotor& motor);
   // The frame of a body that deforms moves with its center of mass, and never turns.
   bool isSoft(std::size_t body) const;
   std::vector<KnownShape> knownShapes() const;

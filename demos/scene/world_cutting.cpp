@@ -5,7 +5,6 @@
 
 #include "scene/bullet_vectors.h"
 #include "scene/running_world.h"
-#include "scene/scene_joints.h"
 
 namespace cloudcontact::program {
 
@@ -93,12 +92,6 @@ void World::State::addPiece(std::size_t parent, std::unique_ptr<CuttableBody> pi
   bodies.push_back(std::move(body));
 }
 
-// Constraint frames lie in the frame of the rigid body, which a cut moves.
-void World::State::moveJoints(std::size_t body, const Pose& movedFrame) {
-  const btTransform back = toBullet(movedFrame.inverse());
-  for (const auto& joint : joints) moveJoint(*joint, *bodies[body].rigid, back);
-}
-
 void World::State::takeOutcome(std::size_t index, CutOutcome outcome) {
   double lost = bodies[index].volume;
   for (auto& piece : outcome.fallen) {
@@ -123,12 +116,9 @@ void World::State::takeOutcome(std::size_t index, CutOutcome outcome) {
 void World::State::vanish(Body& body) {
   body.cut.gone = true;
   body.volume = body.parts.mass = 0;
-  const auto holds = [&](const auto& joint) {
-    return &joint->getRigidBodyA() == body.rigid || &joint->getRigidBodyB() == body.rigid;
-  };
-  for (auto& joint : joints)
-    if (holds(joint)) world.removeConstraint(joint.get());
-  std::erase_if(joints, holds);
+  for (const Joint& joint : joints)
+    if (&joint.rows->getRigidBodyA() == body.rigid || &joint.rows->getRigidBodyB() == body.rigid)
+      world.removeConstraint(joint.rows.get());
 }
 
 double World::State::cuttableEnergy() const {

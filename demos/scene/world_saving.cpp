@@ -13,6 +13,9 @@ WorldSave World::save() const {
   save.bullet = saveState(s.world, *s.cloudContact);
   save.time = s.time, save.latestStep = s.latestStep;
   save.moment = s.moment;
+  for (const State::Joint& joint : s.joints)
+    save.joints.push_back(
+        {joint.rows->places(), {joint.rows->motor(0), joint.rows->motor(1)}});
   for (const State::Body& body : s.bodies) {
     save.loads.push_back(body.load);
     const SceneDrive drive = body.scene.drive.value_or(SceneDrive());
@@ -29,6 +32,9 @@ void World::restore(const WorldSave& save) {
     throw BadInput("the state is of " + std::to_string(save.loads.size()) +
                    " bodies, and the world has " + std::to_string(count) +
                    "; restore one of this scene, with no piece cut off since");
+  if (save.joints.size() != s.joints.size())
+    throw BadInput("the state is of " + std::to_string(save.joints.size()) +
+                   " joints, and the world has " + std::to_string(s.joints.size()));
   for (std::size_t i = 0; i < count; ++i)
     if (save.volumes[i] != s.bodies[i].volume)
       throw BadInput("body '" + s.bodies[i].scene.name +
@@ -40,6 +46,11 @@ void World::restore(const WorldSave& save) {
   }
   s.time = save.time, s.latestStep = save.latestStep;
   s.moment = save.moment;
+  for (std::size_t i = 0; i < save.joints.size(); ++i) {
+    s.joints[i].rows->setPlaces(save.joints[i].places);
+    for (std::size_t k = 0; k < 2; ++k)
+      s.joints[i].rows->setMotor(k, save.joints[i].motors[k]);
+  }
   for (std::size_t i = 0; i < count; ++i) {
     State::Body& body = s.bodies[i];
     body.load = save.loads[i];
