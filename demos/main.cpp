@@ -4,6 +4,7 @@
 #include "commands/command_line.h"
 #include "commands/commands.h"
 #include "commands/version_text.h"
+#include "scene/scene_file.h"
 
 namespace {
 
@@ -16,7 +17,7 @@ void addCommands(CLI::App& app) {
   addDigitizeCommand(app);
   addContactCommand(app);
   addSimulateCommand(app);
-  addDemoCommand(app);
+  addDemoCommand(app, robotOf);
   addChartCommand(app);
   addDrillCommand(app);
   addTuneCommand(app);

@@ -116,6 +116,7 @@ WorkSource ofDemo(const Demo& demo, int threads) {
   return sourceOf(std::string("demo ") + demo.name, threads,
                   [run = demo.run](const DemoStage::Shortened& how) {
                     DemoStage stage(false);
+                    stage.readRobot = robotOf;
                     stage.shorten(how);
                     run(stage);
                   });
@@ -141,7 +142,9 @@ WorkSource ofScene(const fs::path& file, int threads) {
         settings.voxel = settings.common.voxel.value_or(defaultVoxel(scene, settings.common));
         how.adjust(settings);
         World world(scene, settings);
-        how.done("", simulateShort(world, scene.step, how.steps, how.seconds));
+        SimulationSettings run;
+        run.step = scene.step;
+        how.done("", simulateShort(world, run, how.steps, how.seconds));
       });
 }
 
@@ -220,7 +223,7 @@ void addPairs(std::vector<WorkSource>& sources) {
 std::vector<WorkSource> workSources(const std::string& checkout, int threads) {
   std::vector<WorkSource> sources;
   for (const Demo& demo : demos())
-    if (!demo.draws) sources.push_back(ofDemo(demo, threads));
+    if (!demo.cuts) sources.push_back(ofDemo(demo, threads));
   const fs::path tests = fs::path(checkout) / "tests/program",
                  shared = fs::path(checkout) / "../shared/scenes";
   for (const char* name : {"milling.sdf", "tissue.sdf"})

@@ -61,12 +61,17 @@ void checkPictures(const Demo& demo, const std::string& folder) {
 }
 
 // Writes the replay even if a check fails, because then it matters most.
-void run(const std::string& name, const std::string& replay, const std::string& pictures) {
+void run(const std::string& name, const std::string& replay, const std::string& pictures,
+         const RobotReader& readRobot) {
   const Demo& demo = find(name);
+  if (demo.asksRobot && !readRobot)
+    throw BadInput("demo " + name + ": reads a URDF file, which this program cannot; use " +
+                   "`cloudcontact demo " + name + "`");
   if (!replay.empty()) checkReplay(replay);
   if (!pictures.empty()) checkPictures(demo, pictures);
   std::cout << demo.title << "\n" << demo.story << "\n" << demo.watch << "\n" << std::endl;
   DemoStage stage(!replay.empty(), !pictures.empty());
+  stage.readRobot = readRobot;
   const std::vector<ReplayCheck> checks = demo.run(stage);
   print(demo, checks);
   if (!replay.empty()) {
@@ -90,7 +95,7 @@ void run(const std::string& name, const std::string& replay, const std::string& 
 
 }  // namespace
 
-void addDemoCommand(CLI::App& app) {
+void addDemoCommand(CLI::App& app, RobotReader readRobot) {
   struct Options {
     std::string name, replay, pictures;
   };
@@ -104,15 +109,16 @@ void addDemoCommand(CLI::App& app) {
       ->type_name("OUT.glb|OUT.html");
   command
       .add_option("--pictures", options->pictures,
-                  "folder for the pictures of drill and scalpel, as SVG and PNG")
+                  "folder for the pictures of arm, drill and scalpel, as SVG and PNG")
       ->type_name("DIR");
   addExamples(command, {"cloudcontact demo", "cloudcontact demo nut_bolt --replay nut_bolt.html"});
-  command.callback([options] {
+  command.callback([options, readRobot = std::move(readRobot)] {
     if (options->name.empty() && !options->replay.empty())
       throw BadInput("--replay: needs a demo; give its name");
     if (options->name.empty() && !options->pictures.empty())
       throw BadInput("--pictures: needs a demo; give its name");
-    options->name.empty() ? list() : run(options->name, options->replay, options->pictures);
+    options->name.empty() ? list()
+                          : run(options->name, options->replay, options->pictures, readRobot);
   });
 }
 

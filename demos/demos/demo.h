@@ -36,6 +36,9 @@ class DemoStage {
     std::function<void(const std::string& label, const SimulationReport&)> done;
   };
   void shorten(Shortened how) { shortened_ = std::move(how); }
+  bool isShort() const { return shortened_.has_value(); }
+  // Scenes of robots, where the program reads such files (robotOf() in scene/scene_file.h).
+  std::function<SceneDescription(const std::string& name, const std::string& text)> readRobot;
   // For demos without Bullet worlds: adds takes of a replay, and pictures by name.
   bool wantsReplay() const { return wantsReplay_; }
   bool wantsPictures() const { return wantsPictures_; }
@@ -67,13 +70,16 @@ struct Demo {
   const char* story;  // what it shows
   const char* watch;  // what to look for
   std::vector<ReplayCheck> (*run)(DemoStage&);
-  bool draws = false;  // whether it has pictures: of a cut, without a Bullet world
+  bool draws = false;      // whether it has pictures
+  bool cuts = false;       // it is a cut, without a Bullet world
+  bool asksRobot = false;  // DemoStage::readRobot
 };
 
 const std::vector<Demo>& demos();
 
 std::vector<ReplayCheck> runNutBolt(DemoStage& stage);
 std::vector<ReplayCheck> runPegHole(DemoStage& stage);
+std::vector<ReplayCheck> runArm(DemoStage& stage);
 std::vector<ReplayCheck> runStack(DemoStage& stage);
 std::vector<ReplayCheck> runChain(DemoStage& stage);
 std::vector<ReplayCheck> runDrill(DemoStage& stage);

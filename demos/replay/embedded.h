@@ -1,4 +1,4 @@
-// The files of the replay page, embedded into the program by cmake/EmbedText.cmake.
+// The files of the replay page, and of demos, embedded into the program by cmake/EmbedText.cmake.
 #pragma once
 
 #include <string_view>
@@ -11,5 +11,6 @@ std::string_view page_js();
 std::string_view three_js();
 std::string_view orbit_js();
 std::string_view gltf_js();
+std::string_view arm_urdf();
 
 }  // namespace cloudcontact::program::embedded

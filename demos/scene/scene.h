@@ -111,6 +111,7 @@ struct SceneBody {
   std::optional<Pose> inertialPose;        // center of mass and axes, in the body's frame
   std::optional<Eigen::Matrix3d> inertia;  // about the center of mass, in inertialPose's axes
   std::vector<SceneCollision> collisions;
+  std::vector<SceneCollision> visuals = {};  // what is drawn of a body without collisions
   // Surface properties, one set for all collisions of a body, as in Bullet.
   std::optional<double> friction;   // mu
   std::optional<double> stiffness;  // kp [N/m]

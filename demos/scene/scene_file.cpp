@@ -37,7 +37,8 @@ class SilencedErrors {
 // Reads one file. Resolves mesh paths.
 class SceneReader {
  public:
-  explicit SceneReader(const std::filesystem::path& file) : file_(file), in_(file.string()) {}
+  SceneReader(const std::filesystem::path& file, std::string text)
+      : file_(file), text_(std::move(text)), in_(file.string()) {}
 
   SceneDescription read();
 
@@ -51,6 +52,7 @@ class SceneReader {
                 const Pose& modelPose, bool isStatic);
   void readInertial(const sdf::Link& link, SceneBody& body) const;
   void readCollision(const sdf::Collision& collision, SceneBody& body) const;
+  void readVisuals(const sdf::Link& link, SceneBody& body) const;
   void readDrive(const sdf::Link& link, const Pose& linkInBody, SceneBody& body) const;
   void checkCutting(const SceneBody& body) const;
   void checkSoft(const SceneBody& body) const;
@@ -63,6 +65,7 @@ class SceneReader {
                 const std::string& element) const;
 
   std::filesystem::path file_;
+  std::string text_;  // of the file
   SdfValues in_;
   SceneDescription scene_;
   std::set<std::string> massless_;  // links of a robot whose mass is their voxels'
@@ -74,7 +77,7 @@ class SceneReader {
 };
 
 void SceneReader::load(sdf::Root& root) {
-  RobotText robot{sceneText(file_), {}};
+  RobotText robot{text_, {}};
   if (isRobot()) {
     try {
       robot = withMasses(robot.text);
@@ -96,7 +99,8 @@ void SceneReader::load(sdf::Root& root) {
   const auto errors = [&] {
     const SilencedErrors silence;
     try {
-      if (!massless_.empty()) return root.LoadSdfString(robot.text, config);
+      if (!massless_.empty() || !std::filesystem::exists(file_))
+        return root.LoadSdfString(robot.text, config);
       // libsdformat resolves relative paths by $PWD, which may differ from the working directory.
       return root.Load(std::filesystem::absolute(file_).string(), config);
     } catch (const std::exception& why) {  // a version that is no number
@@ -170,13 +174,15 @@ void SceneReader::readLink(const sdf::Model& model, const sdf::Link& link, const
   readDrive(link, linkInBody, body);
   for (std::uint64_t i = 0; i < link.CollisionCount(); ++i)
     readCollision(*link.CollisionByIndex(i), body);
+  if (body.collisions.empty()) readVisuals(link, body);
   checkCutting(body);
   checkSoft(body);
   if (body.inertialPose)
     body.inertialPose = linkInBody * *body.inertialPose;
   else if (body.inertia)
     body.inertialPose = linkInBody;
-  for (SceneCollision& collision : body.collisions) collision.pose = linkInBody * collision.pose;
+  for (auto* parts : {&body.collisions, &body.visuals})
+    for (SceneCollision& part : *parts) part.pose = linkInBody * part.pose;
   links_[full] = {static_cast<int>(scene_.bodies.size()), linkInBody.position};
   scene_.bodies.push_back(std::move(body));
 }
@@ -216,6 +222,17 @@ void SceneReader::readCollision(const sdf::Collision& collision, SceneBody& body
   if (sdfElement && sdfElement->HasElement("surface"))
     readSurface(sdfElement->GetElement("surface"), element, body);
   body.collisions.push_back(std::move(out));
+}
+
+// What nothing touches is seen only where its model says how it looks.
+void SceneReader::readVisuals(const sdf::Link& link, SceneBody& body) const {
+  for (std::uint64_t i = 0; i < link.VisualCount(); ++i) {
+    const sdf::Visual& visual = *link.VisualByIndex(i);
+    const std::string element = "body '" + body.name + "' visual '" + visual.Name() + "'";
+    if (!visual.Geom() || visual.Geom()->Type() == sdf::GeometryType::PLANE) continue;
+    body.visuals.push_back({visual.Name(), in_.resolved(visual.SemanticPose(), "", element),
+                            readGeometry(*visual.Geom(), element)});
+  }
 }
 
 void SceneReader::readDrive(const sdf::Link& link, const Pose& linkInBody, SceneBody& body) const {
@@ -384,14 +401,26 @@ void SceneReader::readState(const sdf::ElementPtr& state) {
 
 }  // namespace
 
-SceneDescription loadScene(const std::filesystem::path& file) {
-  SceneDescription scene = SceneReader(file).read();
+namespace {
+
+SceneDescription readScene(const std::filesystem::path& file, const std::string& text) {
+  SceneDescription scene = SceneReader(file, text).read();
   try {
     validate(scene);
   } catch (const BadInput& why) {
     throw BadInput(file.string() + ": " + why.what() + "; change it");
   }
   return scene;
+}
+
+}  // namespace
+
+SceneDescription loadScene(const std::filesystem::path& file) {
+  return readScene(file, sceneText(file));
+}
+
+SceneDescription robotOf(const std::string& name, const std::string& text) {
+  return readScene(name + ".urdf", text);
 }
 
 }  // namespace cloudcontact::program

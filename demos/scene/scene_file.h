@@ -13,4 +13,7 @@ namespace cloudcontact::program {
 // supported, or if a value is not finite or not positive.
 SceneDescription loadScene(const std::filesystem::path& file);
 
+// The robot of a URDF text that names no files.
+SceneDescription robotOf(const std::string& name, const std::string& text);
+
 }  // namespace cloudcontact::program

@@ -13,7 +13,7 @@ namespace cloudcontact::program {
 // A line that the child slides along, or turns about, as it is seen from the parent. What moves
 // does so in rad or m, and is pushed by N m or N.
 struct SceneAxis {
-  Vec3 axis = Vec3::UnitZ();    // in the world, at the start
+  Vec3 axis = Vec3::UnitZ();         // in the world, at the start
   std::optional<double> lower = {};  // [rad, m]
   std::optional<double> upper = {};
   // A spring that pulls to `rest`, its damper, and a friction that holds still up to this push.
@@ -28,10 +28,10 @@ struct SceneJoint : SceneAxis {
   enum class Kind { Fixed, Revolute, Prismatic, Screw, Ball, Universal };
   std::string name;
   Kind kind = Kind::Fixed;
-  int parent = -1, child = -1;                     // index into bodies, -1: the world
-  Pose pose;                                       // of its frame in the world, at the start
-  double pitch = 0;                                // of a screw [m], above 0 a right-handed one
-  SceneAxis second = {.axis = Vec3::UnitX()};      // of a universal joint, across the first
+  int parent = -1, child = -1;                 // index into bodies, -1: the world
+  Pose pose;                                   // of its frame in the world, at the start
+  double pitch = 0;                            // of a screw [m], above 0 a right-handed one
+  SceneAxis second = {.axis = Vec3::UnitX()};  // of a universal joint, across the first
 
   // How many axes it moves along that have limits, motors and a place.
   std::size_t axes() const {
@@ -40,6 +40,11 @@ struct SceneJoint : SceneAxis {
   const SceneAxis& at(std::size_t i) const { return i == 0 ? *this : second; }
   bool turns() const { return kind != Kind::Prismatic; }
 };
+
+// "revolute" ...
+const char* nameOf(SceneJoint::Kind kind);
+// Of such a name. Throws std::invalid_argument.
+SceneJoint::Kind jointKind(const std::string& name);
 
 // What drives an axis: it pushes by force + stiffness (position - place) + damping (velocity -
 // speed), by `most` at most. So one law is a servo, a speed or a force. The spring is that of the
@@ -55,7 +60,7 @@ struct JointMotor {
 
 // Of an axis. A place counts turns on, from that of the start: 2 pi is a whole turn.
 struct AxisState {
-  double place = 0, speed = 0;  // of the child as seen from the parent [rad, m], a second
+  double place = 0, speed = 0;     // of the child as seen from the parent [rad, m], a second
   Vec3 direction = Vec3::UnitZ();  // in the world
 };
 

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
+#include <stdexcept>
+#include <utility>
 
 #include "scene/bullet_vectors.h"
 
@@ -51,6 +54,26 @@ double nearest(double angle, double to) {
 }
 
 }  // namespace
+
+namespace {
+constexpr std::pair<Kind, const char*> kNames[] = {
+    {Kind::Fixed, "fixed"}, {Kind::Revolute, "revolute"}, {Kind::Prismatic, "prismatic"},
+    {Kind::Screw, "screw"}, {Kind::Ball, "ball"},         {Kind::Universal, "universal"}};
+}  // namespace
+
+const char* nameOf(Kind kind) {
+  return std::find_if(std::begin(kNames), std::end(kNames),
+                      [&](const auto& known) { return known.first == kind; })
+      ->second;
+}
+
+Kind jointKind(const std::string& name) {
+  for (const auto& [kind, known] : kNames)
+    if (name == known) return kind;
+  throw std::invalid_argument(
+      "kind: '" + name +
+      "' is not known; give fixed, revolute, prismatic, screw, ball or universal");
+}
 
 // The joint's frames now: the parent's, and the child's.
 struct JointConstraint::Frames {
@@ -101,7 +124,8 @@ class JointConstraint::Rows {
   }
 
  private:
-  // `wanted`: the row's speed; `soft`: what it gives way by a unit of impulse; the impulse's limits.
+  // `wanted`: the row's speed; `soft`: what it gives way by a unit of impulse; the impulse's
+  // limits.
   void write(const btVector3& shift, const btVector3& turn, double wanted, double soft, double low,
              double high) {
     const btVector3 onParent = armParent_.cross(shift) + turn,
@@ -167,10 +191,9 @@ AxisState JointConstraint::axis(std::size_t i) const {
   if (joint_.turns())
     state.speed = double((m_rbB.getAngularVelocity() - m_rbA.getAngularVelocity()).dot(line));
   else
-    state.speed =
-        double((m_rbB.getVelocityInLocalPoint(point - m_rbB.getCenterOfMassPosition()) -
-                m_rbA.getVelocityInLocalPoint(point - m_rbA.getCenterOfMassPosition()))
-                   .dot(line));
+    state.speed = double((m_rbB.getVelocityInLocalPoint(point - m_rbB.getCenterOfMassPosition()) -
+                          m_rbA.getVelocityInLocalPoint(point - m_rbA.getCenterOfMassPosition()))
+                             .dot(line));
   state.direction = fromBullet(line);
   return state;
 }

@@ -349,6 +349,7 @@ BodyParts SceneShapes::make(const SceneBody& body) {
   }
   std::vector<PlacedShape> shapes;
   for (const auto& collision : body.collisions) addPart(collision, body, out, shapes);
+  for (const auto& visual : body.visuals) out.drawn.parts.push_back(drawnPart(visual, body));
   if (shapes.size() == 1 && isIdentity(shapes.front().place)) {
     out.shape = shapes.front().shape;
     return out;

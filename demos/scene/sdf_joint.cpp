@@ -82,6 +82,8 @@ SceneJoint readJoint(
   }
   // The format's older meaning: radians a meter, and above 0 a left-handed thread.
   if (out.kind == SceneJoint::Kind::Screw) {
+    if (!descend(joint.Element(), {"thread_pitch"}))
+      in.fail(element, "a screw without <thread_pitch>; add it, in radians a meter");
     if (joint.ThreadPitch() == 0 || !std::isfinite(joint.ThreadPitch()))
       in.fail(element + " <thread_pitch>", "must be finite and not 0");
     out.pitch = -2 * std::numbers::pi / joint.ThreadPitch();

@@ -94,6 +94,7 @@ SimulationReport simulate(World& world, const SimulationSettings& settings) {
   bool goesOn = !settings.goesOn || settings.goesOn(0);
   int& n = report.steps;
   while (n < planned && (goesOn || n == 0)) {  // at least one step, for the figures
+    if (settings.control) settings.control(n * settings.step, world);
     ++n;
     for (int s = 0; s < settings.substeps; ++s) {
       const auto start = Clock::now();
@@ -134,11 +135,12 @@ SimulationReport simulate(World& world, const SimulationSettings& settings) {
   return report;
 }
 
-SimulationReport simulateShort(World& world, double step, int steps, double most) {
+SimulationReport simulateShort(World& world, const SimulationSettings& of, int steps, double most) {
   const auto start = std::chrono::steady_clock::now();
   SimulationSettings settings;
-  settings.step = step;
-  settings.seconds = steps * step;
+  settings.step = of.step;
+  settings.control = of.control;
+  settings.seconds = steps * of.step;
   settings.instants = 0;
   settings.goesOn = [&](double) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() < most;

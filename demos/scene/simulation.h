@@ -18,6 +18,8 @@ struct SimulationSettings {
   // more than `mostProbes` lookups in total.
   int instants = 100;
   std::size_t mostProbes = 1'500'000;
+  // Called before each step, with the time at its start.
+  std::function<void(double time, World&)> control;
   // Called at the start (time 0) and after each step.
   std::function<void(double time, const World&)> observe;
   // Called after `observe`, with the same time. It may change the world, and wait. False ends the
@@ -46,8 +48,10 @@ struct SimulationReport {
 
 SimulationReport simulate(World& world, const SimulationSettings& settings);
 
-// So many steps, without measuring penetration; fewer if they take longer than `most` [s].
-SimulationReport simulateShort(World& world, double step, int steps, double most);
+// So many steps, of settings' length and control, without measuring penetration; fewer if they take
+// longer than `most` [s].
+SimulationReport simulateShort(World& world, const SimulationSettings& settings, int steps,
+                               double most);
 
 // "clouds of 0.25 mm voxels, steps of 1 ms"
 std::string setupText(const WorldSettings& settings, double step, int substeps = 1);

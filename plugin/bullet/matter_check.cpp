@@ -92,6 +92,7 @@ class MatterCheck {
     std::vector<const char*> found;
     if (!turns(0) && !turns(1) && !turns(2)) return found;  // its inertia is not used
     if (neverTurns()) return {kNeverTurns};
+    if (isLink() && !followsFromShape()) return found;
     if (isImpossible() && !hasPrincipalMoments()) return {kImpossible};
     const bool offCenter = isOffCenter(), skew = isSkew();
     if (!offCenter && !skew) return found;
@@ -120,6 +121,8 @@ class MatterCheck {
         return true;
     return false;
   }
+  // A link of a machine is mostly larger than the part of it that touches things.
+  bool isLink() const { return const_cast<btRigidBody&>(body_).getNumConstraintRefs() > 0; }
   bool isOffCenter() const {
     const double gyration = std::sqrt(clouds_.inertia.trace() / 2 / clouds_.mass);
     return clouds_.centerOfMass.norm() > kOffCenter * gyration;

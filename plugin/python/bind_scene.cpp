@@ -1,6 +1,7 @@
 // Python: scenes, of files or built by hand.
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "io/errors.h"
 #include "python/bindings.h"
@@ -149,39 +150,96 @@ void addBody(SceneDescription& scene, const std::string& name, const py::object&
   scene.bodies.push_back(std::move(body));
 }
 
-SceneJoint::Kind kindOf(const std::string& kind) {
-  if (kind == "fixed") return SceneJoint::Kind::Fixed;
-  if (kind == "revolute") return SceneJoint::Kind::Revolute;
-  if (kind == "prismatic") return SceneJoint::Kind::Prismatic;
-  throw std::invalid_argument("kind: '" + kind +
-                              "' is not known; give fixed, revolute or prismatic");
+// What join() takes of an axis.
+struct AxisWords {
+  std::optional<double> lower, upper;
+  double spring = 0, damping = 0, rest = 0, friction = 0, effort = HUGE_VAL;
+};
+
+void takeAxis(const AxisWords& words, SceneAxis& axis) {
+  // What is without end is no limit.
+  if (words.lower && *words.lower > -HUGE_VAL) axis.lower = words.lower;
+  if (words.upper && *words.upper < HUGE_VAL) axis.upper = words.upper;
+  axis.spring = words.spring;
+  axis.damping = words.damping;
+  axis.rest = words.rest;
+  axis.friction = words.friction;
+  axis.effort = words.effort;
+}
+
+// A direction, or a dict with `axis` and an axis' further words.
+SceneAxis secondAxis(const py::object& second) {
+  SceneAxis axis;
+  if (!py::isinstance<py::dict>(second)) {
+    axis.axis = vectorOf("second", second);
+    return axis;
+  }
+  AxisWords words;
+  for (const auto& [key, value] : second.cast<py::dict>()) {
+    const auto word = key.cast<std::string>();
+    const py::object given = py::reinterpret_borrow<py::object>(value);
+    const std::map<std::string, double*> numbers = {{"spring", &words.spring},
+                                                    {"damping", &words.damping},
+                                                    {"rest", &words.rest},
+                                                    {"friction", &words.friction},
+                                                    {"effort", &words.effort}};
+    if (word == "axis")
+      axis.axis = vectorOf("second", given);
+    else if (word == "lower" || word == "upper")
+      (word == "lower" ? words.lower : words.upper) = numberOf(word.c_str(), given);
+    else if (const auto at = numbers.find(word); at != numbers.end())
+      *at->second = numberOf(word.c_str(), given);
+    else
+      throw std::invalid_argument("second: has no '" + word + "'");
+  }
+  takeAxis(words, axis);
+  return axis;
+}
+
+// Joints are known by their names. One without takes that of its bodies.
+std::string jointName(const SceneDescription& scene, const std::optional<std::string>& name,
+                      const std::string& child, const std::optional<std::string>& parent) {
+  const std::string own = name.value_or(child + " to " + parent.value_or("the world"));
+  for (const SceneJoint& other : scene.joints)
+    if (other.name == own)
+      throw std::invalid_argument("scene '" + scene.name + "': has a joint '" + own + "'; give " +
+                                  (name ? "another" : "this one a") + " name");
+  return own;
 }
 
 void addJoint(SceneDescription& scene, const std::string& kind, const std::string& child,
               const std::optional<std::string>& parent, const py::object& position,
-              const py::object& axis, std::optional<double> lower, std::optional<double> upper,
-              double spring, double damping, double rest, double friction) {
+              const py::object& axis, const std::optional<std::string>& name,
+              std::optional<double> lower, std::optional<double> upper, double spring,
+              double damping, double rest, double friction, double effort, double pitch,
+              const py::object& second) {
   SceneJoint joint;
-  joint.kind = kindOf(kind);
+  joint.kind = jointKind(kind);
   joint.child = bodyNumber(scene, child);
   if (parent) joint.parent = bodyNumber(scene, *parent);
-  joint.name = child + " to " + parent.value_or("the world");
+  joint.name = jointName(scene, name, child, parent);
   if (!position.is_none()) joint.pose.position = vectorOf("position", position);
   if (!axis.is_none()) joint.axis = vectorOf("axis", axis);
-  // What is without end is no limit.
-  if (lower && *lower > -HUGE_VAL) joint.lower = lower;
-  if (upper && *upper < HUGE_VAL) joint.upper = upper;
-  joint.spring = spring;
-  joint.damping = damping;
-  joint.rest = rest;
-  joint.friction = friction;
+  takeAxis({lower, upper, spring, damping, rest, friction, effort}, joint);
+  joint.pitch = pitch;
+  const auto only = [&](bool given, const char* words, bool fits, const char* which) {
+    if (given && !fits)
+      throw std::invalid_argument("joint '" + joint.name + "': " + words + " belong to " + which +
+                                  " joints; leave them out");
+  };
+  only(lower || upper || spring != 0 || damping != 0 || friction != 0 ||
+           effort<HUGE_VAL, "limits, spring, damping, friction and effort", joint.axes()> 0,
+       "moving");
+  only(pitch != 0, "pitches", joint.kind == SceneJoint::Kind::Screw, "screw");
+  only(!second.is_none(), "second axes", joint.axes() == 2, "universal");
+  if (joint.axes() == 2) {
+    if (second.is_none())
+      throw std::invalid_argument("joint '" + joint.name + "': give its second axis");
+    joint.second = secondAxis(second);
+  }
   validate(joint);
-  const bool moves = lower || upper || spring != 0 || damping != 0 || friction != 0;
-  if (joint.kind == SceneJoint::Kind::Fixed && moves)
-    throw std::invalid_argument("joint '" + joint.name +
-                                "': a fixed joint does not move; leave limits, spring, damping "
-                                "and friction out");
   joint.axis.normalize();
+  joint.second.axis.normalize();
   scene.joints.push_back(std::move(joint));
 }
 
@@ -239,17 +297,24 @@ void bindScene(py::module_& module) {
            "cutter: it is a tool, with its cutting `ability`. drive: velocities (linear, angular)\n"
            "that nothing changes. Raises ValueError that names what does not fit.")
       .def("_join", &addJoint, "kind"_a, "child"_a, "parent"_a = py::none(),
-           "position"_a = py::none(), "axis"_a = py::none(), py::kw_only(), "lower"_a = py::none(),
-           "upper"_a = py::none(), "spring"_a = 0.0, "damping"_a = 0.0, "rest"_a = 0.0,
-           "friction"_a = 0.0)
+           "position"_a = py::none(), "axis"_a = py::none(), py::kw_only(), "name"_a = py::none(),
+           "lower"_a = py::none(), "upper"_a = py::none(), "spring"_a = 0.0, "damping"_a = 0.0,
+           "rest"_a = 0.0, "friction"_a = 0.0, "effort"_a = HUGE_VAL, "pitch"_a = 0.0,
+           "second"_a = py::none())
       .def("join",
-           takingWords("join", {"kind", "child", "parent", "position", "axis", "lower", "upper",
-                                "spring", "damping", "rest", "friction"}),
+           takingWords("join",
+                       {"kind", "child", "parent", "position", "axis", "name", "lower", "upper",
+                        "spring", "damping", "rest", "friction", "effort", "pitch", "second"}),
            "Adds a joint between two bodies, or a body and the world.\n\n"
-           "kind: \"fixed\", \"revolute\" or \"prismatic\". position (3,) [m], none: the origin,\n"
-           "and axis (3,), none: z: in the world, at the start. lower, upper: limits [rad, m].\n"
-           "spring, damping, rest: it is pulled to `rest` and slowed down [N m/rad, N m s/rad,\n"
-           "rad; N/m, N s/m, m]. friction: holds it still up to this torque or force [N m, N].")
+           "kind: \"fixed\", \"revolute\", \"prismatic\", \"screw\", \"ball\" or \"universal\".\n"
+           "position (3,) [m], none: the origin, and axis (3,), none: z: in the world, at the\n"
+           "start. name: of World.joint(); none: \"CHILD to PARENT\". lower, upper: limits\n"
+           "[rad, m]. spring, damping, rest: it is pulled to `rest` and slowed down [N m/rad,\n"
+           "N m s/rad, rad; N/m, N s/m, m]. friction: holds it still up to this torque or force\n"
+           "[N m, N]. effort: the most that a Motor pushes [N m, N]. pitch: of a screw, its way\n"
+           "in a turn [m], above 0 of a right-handed one. second: of a universal joint the axis\n"
+           "that the child holds, across the parent's: (3,), or a dict of `axis`, `lower`,\n"
+           "`upper`, `spring`, `damping`, `rest`, `friction`, `effort`.")
       .def_readwrite("name", &SceneDescription::name)
       .def_property(
           "step", [](const SceneDescription& s) { return s.step; },

@@ -348,6 +348,7 @@ void bindWorld(py::module_& module) {
       .def_property_readonly(
           "voxel", [](const ScriptedWorld& w) { return w.settings.voxel; }, "[m]");
   bindStepping(world);
+  bindWorldJoint(module, world);
   bindWorldStates(module, world);
   bindReading(world);
 }

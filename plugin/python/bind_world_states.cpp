@@ -44,9 +44,13 @@ py::tuple pickled(const WorldSave& save) {
   py::list drives;
   for (const DriveStart& drive : save.drives)
     drives.append(py::make_tuple(drive.pose, drive.time, drive.linear, drive.angular));
+  py::list joints;
+  for (const JointSave& joint : save.joints)
+    joints.append(py::make_tuple(joint.places, joint.motors));
   return py::make_tuple(py::bytes(save.bullet.bytes), save.time, save.latestStep, loads, drives,
                         save.volumes, m.pairs, m.contacts, m.deepest,
-                        py::make_tuple(e.kinetic, e.potential, e.spring, e.elastic, e.cutAway));
+                        py::make_tuple(e.kinetic, e.potential, e.spring, e.elastic, e.cutAway),
+                        joints);
 }
 
 WorldSave unpickled(const py::tuple& from) {
@@ -68,6 +72,11 @@ WorldSave unpickled(const py::tuple& from) {
   const auto e = from[9].cast<py::tuple>();
   save.moment.energy = {e[0].cast<double>(), e[1].cast<double>(), e[2].cast<double>(),
                         e[3].cast<double>(), e[4].cast<double>()};
+  for (const py::handle joint : from[10]) {
+    const auto j = joint.cast<py::tuple>();
+    save.joints.push_back(
+        {j[0].cast<std::array<double, 2>>(), j[1].cast<std::array<JointMotor, 2>>()});
+  }
   return save;
 }
 

@@ -39,6 +39,9 @@ struct ViewWords {
   py::object observe, announce;  // announce: called with the address; None: _view.announce
 };
 
+// Adds joints to the class World, and the classes of joints and motors.
+void bindWorldJoint(py::module_& module,
+                    py::class_<ScriptedWorld, std::shared_ptr<ScriptedWorld>>& world);
 // Adds saving and restoring to the class World, and the class of states.
 void bindWorldStates(py::module_& module,
                      py::class_<ScriptedWorld, std::shared_ptr<ScriptedWorld>>& world);

@@ -39,5 +39,27 @@ TEST(Advice, OwnScenesNeedNone) {
     if (entry.path().extension() == ".sdf") expectNoAdvice(entry.path());
 }
 
+// A link of a machine is mostly larger than the part of it that touches things.
+TEST(Advice, ALinkMayHaveMoreInertiaThanItsCollision) {
+  SceneDescription scene;
+  SceneBody tool;
+  tool.name = "tool";
+  tool.friction = 0.3;
+  tool.mass = 1;
+  tool.inertia = 0.05 * Eigen::Matrix3d::Identity();
+  tool.inertialPose = Pose{Eigen::Quaterniond::Identity(), Vec3(0, 0, 0.3)};
+  tool.collisions.push_back({"tip", Pose(), SceneBox{Vec3(0.02, 0.02, 0.04)}});
+  scene.bodies = {tool};
+  WorldSettings settings;
+  settings.voxel = 0.002;
+  EXPECT_FALSE(World(scene, settings).advice().empty());
+  SceneJoint joint;
+  joint.name = "wrist";
+  joint.kind = SceneJoint::Kind::Revolute;
+  joint.child = 0;
+  scene.joints = {joint};
+  EXPECT_EQ(World(scene, settings).advice(), std::vector<std::string>());
+}
+
 }  // namespace
 }  // namespace cloudcontact::program::sim_advice_test

@@ -284,9 +284,9 @@ TEST_F(CommandTest, RefusesByName) {
 
 TEST_F(CommandTest, DemosAreListed) {
   const std::string list = run({"demo"});
-  for (const char* name : {"nut_bolt", "peg_hole", "stack", "chain", "drill", "scalpel"})
+  for (const char* name : {"nut_bolt", "peg_hole", "stack", "chain", "arm", "drill", "scalpel"})
     EXPECT_NE(list.find(name), std::string::npos) << name;
-  EXPECT_EQ(demos().size(), 6u);
+  EXPECT_EQ(demos().size(), 7u);
 }
 
 }  // namespace

@@ -157,6 +157,46 @@ TEST_F(SceneTest, ReadsJointsInTheWorldsFrame) {
   EXPECT_EQ(scene.joints[1].parent, -1);
 }
 
+TEST_F(SceneTest, ReadsKindsOfJoints) {
+  const auto joint = [](const std::string& name, const std::string& type, const std::string& more) {
+    return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent>a</parent><child>b</child>" +
+           more + "</joint>";
+  };
+  const std::string
+      z = "<axis><xyz>0 0 1</xyz><limit><effort>7</effort></limit></axis>",
+      x = "<axis2><xyz>1 0 0</xyz><limit><lower>-0.1</lower><upper>0.2</upper></limit>"
+          "</axis2>",
+      links = "<model name=\"m\"><link name=\"a\"/><link name=\"b\"/>";
+  const auto scene =
+      load(world(links + joint("cross", "universal", z + x) + joint("bead", "ball", "") +
+                 joint("wheel", "continuous", z) +
+                 joint("thread", "screw", z + "<thread_pitch>-1570.7963267948966</thread_pitch>") +
+                 "</model>"));
+  ASSERT_EQ(scene.joints.size(), 4u);
+  EXPECT_EQ(scene.joints[0].kind, SceneJoint::Kind::Universal);
+  EXPECT_EQ(scene.joints[0].effort, 7);
+  EXPECT_EQ(scene.joints[0].second.axis, Vec3::UnitX());
+  EXPECT_EQ(scene.joints[0].second.upper, 0.2);
+  EXPECT_EQ(scene.joints[1].kind, SceneJoint::Kind::Ball);
+  EXPECT_EQ(scene.joints[2].kind, SceneJoint::Kind::Revolute);
+  EXPECT_FALSE(scene.joints[2].lower || scene.joints[2].upper);
+  EXPECT_EQ(scene.joints[3].kind, SceneJoint::Kind::Screw);
+  EXPECT_NEAR(scene.joints[3].pitch, 4e-3, 1e-9);
+}
+
+// Of what nothing touches the visuals are drawn; a link with a collision looks like that.
+TEST_F(SceneTest, ReadsVisualsOfLinksWithoutCollisions) {
+  const std::string seen =
+      "<visual name=\"v\"><pose>0 0 3 0 0 0</pose><geometry><sphere><radius>2"
+      "</radius></sphere></geometry></visual>";
+  const auto scene = load(world("<model name=\"ghost\"><link name=\"l\"><pose>1 0 0 0 0 0</pose>" +
+                                seen + "</link></model>" + ball(seen)));
+  ASSERT_EQ(scene.bodies[0].visuals.size(), 1u);
+  EXPECT_EQ(scene.bodies[0].visuals[0].pose.position, Vec3(1, 0, 3));
+  EXPECT_TRUE(scene.bodies[0].collisions.empty());
+  EXPECT_TRUE(scene.bodies[1].visuals.empty());
+}
+
 // Must be read as six numbers: libsdformat reads a pose, which would wrap 10 rad/s.
 TEST_F(SceneTest, ReadsInitialVelocities) {
   const std::string state =
@@ -274,10 +314,23 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{"noStiffness",
                  world(ball("", "<surface><contact><ode><kp>0</kp></ode></contact></surface>")),
                  "<kp>"},
-        BadScene{"screw",
+        BadScene{"gears",
+                 jointed("<joint name=\"j\" type=\"gearbox\"><parent>a</parent><child>b</child>"
+                         "<gearbox_ratio>2</gearbox_ratio><gearbox_reference_body>a"
+                         "</gearbox_reference_body><axis><xyz>0 0 1</xyz></axis></joint>"),
+                 "screw, ball or universal"},
+        BadScene{"screwWithoutPitch",
                  jointed("<joint name=\"j\" type=\"screw\"><parent>a</parent><child>b</child>"
                          "<axis><xyz>0 0 1</xyz></axis></joint>"),
-                 "fixed, revolute or prismatic"},
+                 "<thread_pitch>"},
+        BadScene{"screwOfPitch0",
+                 jointed("<joint name=\"j\" type=\"screw\"><parent>a</parent><child>b</child>"
+                         "<thread_pitch>0</thread_pitch><axis><xyz>0 0 1</xyz></axis></joint>"),
+                 "<thread_pitch>"},
+        BadScene{"crossAlongItself",
+                 jointed("<joint name=\"j\" type=\"universal\"><parent>a</parent><child>b</child>"
+                         "<axis><xyz>0 0 1</xyz></axis><axis2><xyz>0 0 1</xyz></axis2></joint>"),
+                 "across the first"},
         BadScene{"negativeSpring",
                  jointed("<joint name=\"j\" type=\"prismatic\"><parent>a</parent><child>b</child>"
                          "<axis><xyz>0 0 1</xyz><dynamics><spring_stiffness>-1</spring_stiffness>"

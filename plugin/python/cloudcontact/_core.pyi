@@ -480,12 +480,16 @@ class Scene:
         position: Optional[npt.ArrayLike] = None,
         axis: Optional[npt.ArrayLike] = None,
         *,
+        name: Optional[str] = None,
         lower: Optional[float] = None,
         upper: Optional[float] = None,
         spring: float = 0.0,
         damping: float = 0.0,
         rest: float = 0.0,
         friction: float = 0.0,
+        effort: float = ...,
+        pitch: float = 0.0,
+        second: Union[None, npt.ArrayLike, Mapping[str, object]] = None,
     ) -> None: ...
 
 class WorldBody:
@@ -531,6 +535,48 @@ class WorldBody:
     def cut_volume(self) -> float: ...
     def cut(self, voxels: npt.ArrayLike, coverage: Optional[npt.ArrayLike] = None) -> None: ...
 
+class Motor:
+    position: float
+    velocity: float
+    stiffness: float
+    damping: float
+    force: float
+    most: float
+    def __init__(
+        self,
+        *,
+        position: float = 0.0,
+        velocity: float = 0.0,
+        stiffness: float = 0.0,
+        damping: float = 0.0,
+        force: float = 0.0,
+        most: float = ...,
+    ) -> None: ...
+
+class WorldJoint:
+    name: Final[str]
+    kind: Final[str]
+    axis: Final[int]
+    lower: Final[Optional[float]]
+    upper: Final[Optional[float]]
+    effort: Final[float]
+    @property
+    def position(self) -> float: ...
+    @property
+    def velocity(self) -> float: ...
+    @property
+    def direction(self) -> Doubles: ...
+    @property
+    def origin(self) -> Doubles: ...
+    @property
+    def force(self) -> Doubles: ...
+    @property
+    def torque(self) -> Doubles: ...
+    @property
+    def motor(self) -> Motor: ...
+    @motor.setter
+    def motor(self, value: Optional[Motor]) -> None: ...
+
 class WorldState:
     time: Final[float]
     nbytes: Final[int]
@@ -562,6 +608,8 @@ class World:
     def __contains__(self, name: str) -> bool: ...
     def __iter__(self) -> Iterator[str]: ...
     names: Final[list[str]]
+    joints: Final[list[str]]
+    def joint(self, name: str, axis: int = 0) -> WorldJoint: ...
     @property
     def time(self) -> float: ...
     voxel: Final[float]
