@@ -5,6 +5,7 @@
 #include <functional>
 #include <iostream>
 #include <map>
+#include <mutex>
 #include <sdf/sdf.hh>
 #include <set>
 #include <sstream>
@@ -33,6 +34,21 @@ class SilencedErrors {
  private:
   std::streambuf* kept_;
 };
+
+// What libsdformat reads a file into. It makes that from its own description of the format, which
+// takes 30 of the 45 ms of a small scene; a copy takes 10.
+sdf::SDFPtr emptyTree() {
+  static std::mutex mutex;
+  static const sdf::SDFPtr known = [] {
+    auto made = std::make_shared<sdf::SDF>();
+    if (!sdf::init(made)) throw std::runtime_error("libsdformat finds no description of its format");
+    return made;
+  }();
+  const std::lock_guard lock(mutex);
+  auto tree = std::make_shared<sdf::SDF>();
+  tree->Root(known->Root()->Clone());
+  return tree;
+}
 
 // Reads one file. Resolves mesh paths.
 class SceneReader {
@@ -99,10 +115,17 @@ void SceneReader::load(sdf::Root& root) {
   const auto errors = [&] {
     const SilencedErrors silence;
     try {
-      if (!massless_.empty() || !std::filesystem::exists(file_))
-        return root.LoadSdfString(robot.text, config);
+      sdf::Errors all;
+      const sdf::SDFPtr tree = emptyTree();
       // libsdformat resolves relative paths by $PWD, which may differ from the working directory.
-      return root.Load(std::filesystem::absolute(file_).string(), config);
+      const bool read = massless_.empty() && std::filesystem::exists(file_)
+                            ? sdf::readFile(std::filesystem::absolute(file_).string(), config, tree,
+                                            all)
+                            : sdf::readString(robot.text, config, tree, all);
+      if (!read) return all;
+      const sdf::Errors found = root.Load(tree, config);
+      all.insert(all.end(), found.begin(), found.end());
+      return all;
     } catch (const std::exception& why) {  // a version that is no number
       throw BadInput(file_.string() + ": " + invalid + ": " + why.what());
     }

@@ -168,6 +168,7 @@ BulletShape SceneShapes::cloudShape(const SceneCollision& collision, const Pose&
                             : std::make_shared<CloudShape>(
                                   clouds_.field(collision.geometry, pose, body).field);
            shape->setTissues(clouds_.tissues(collision, body));
+           if (!isMesh(collision.geometry)) shape->madeOf({analytic(collision.geometry), pose});
            shape->setFidelity(fidelity);
            const double voxel = shape->cloud().voxelSize();
            // Bullet asks for the contacts of a compound's children only where their boxes meet, but

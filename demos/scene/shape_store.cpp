@@ -18,11 +18,7 @@ std::string contentKey(const Mesh& mesh) {
 }
 
 std::shared_ptr<ShapeStore> commonStore() {
-  static std::mutex mutex;
-  static std::weak_ptr<ShapeStore> known;
-  const std::lock_guard lock(mutex);
-  std::shared_ptr<ShapeStore> store = known.lock();
-  if (!store) known = store = std::make_shared<ShapeStore>();
+  static const auto store = std::make_shared<ShapeStore>();
   return store;
 }
 

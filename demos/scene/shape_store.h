@@ -100,8 +100,7 @@ struct ShapeStore {
   }
 };
 
-// One for worlds that live at the same time in this process. It goes when the last of them does;
-// until then it keeps the last few values that no world uses any more.
+// One for all worlds of this process. It keeps what they use, and what trim() leaves of the rest.
 std::shared_ptr<ShapeStore> commonStore();
 
 // A key from a hash of a mesh's vertices and triangles.

@@ -105,7 +105,7 @@ void CloudShape::setField(std::shared_ptr<const SurfaceField> field) {
   }
   field_ = std::move(field);
   levels_ = std::make_shared<LazyLevels>();
-  recognized_.reset();
+  recognized_.reset(), given_.reset();
   setPaper(std::move(lazy));
 }
 
@@ -121,8 +121,19 @@ void CloudShape::setTissues(TissueTable tissues) {
 
 const RecognizedShape* CloudShape::recognized() const {
   if (fidelity_.exact) return nullptr;
+  if (given_) return &*given_;
   if (fidelity_.tolerance > 0) return recognized_ ? &*recognized_ : nullptr;
   return field_ ? closedForm(*field_) : nullptr;
+}
+
+void CloudShape::madeOf(const PlacedSolid& given) {
+  const Solid& solid = given.solid;
+  if (!std::holds_alternative<Sphere>(solid) && !std::holds_alternative<Box>(solid) &&
+      !std::holds_alternative<Cylinder>(solid) && !std::holds_alternative<Capsule>(solid) &&
+      !std::holds_alternative<Cone>(solid))
+    throw std::invalid_argument(
+        "CloudShape::madeOf: give a Sphere, Box, Cylinder, Capsule or Cone");
+  given_ = RecognizedShape{given, 0};
 }
 
 void CloudShape::setFidelity(const Fidelity& fidelity) {
@@ -132,9 +143,9 @@ void CloudShape::setFidelity(const Fidelity& fidelity) {
   if (fidelity.exact && fidelity.tolerance != 0)
     throw std::invalid_argument("CloudShape::setFidelity: what is exact has no tolerance");
   std::optional<RecognizedShape> found;
-  if (fidelity.tolerance != 0 && field_) {
+  if (fidelity.tolerance != 0 && field_ && !given_) {
     found = recognizedShape(*field_, fidelity.tolerance);
-  } else if (fidelity.tolerance != 0) {
+  } else if (fidelity.tolerance != 0 && !field_) {
     if (!(fidelity.tolerance > 0) || !std::isfinite(fidelity.tolerance))
       throw std::invalid_argument(
           "CloudShape::setFidelity: tolerance must be finite and not negative [m]");
@@ -205,7 +216,7 @@ void CloudShape::setLocalScaling(const btVector3& scaling) {
     setField(scaled(*field_, growth));
   } else {
     setLevels(std::make_shared<const FieldLevels>(levels_->made, growth));
-    recognized_.reset();
+    recognized_.reset(), given_.reset();
     setPaper(std::make_shared<LazyPaper>());
   }
   fieldScaling_ = double(factor);

@@ -80,6 +80,10 @@ class CloudShape : public btConcaveShape {
   Eigen::AlignedBox3d bounds() const;
   // What the cloud is within the tolerance, or its own error; null: nothing, or it is exact.
   const RecognizedShape* recognized() const;
+  // The voxels were made of this solid, which recognized() then is, without a search, until the
+  // field changes. `given.solid`: a Sphere, Box, Cylinder, Capsule or Cone. Throws
+  // std::invalid_argument for another one.
+  void madeOf(const PlacedSolid& given);
 
   // Contacts of this body take their direction from the base vectors that this states: C, Gr, D,
   // membership, hardness and cutting abilities. The other body then has the usual ones, if it
@@ -131,7 +135,7 @@ class CloudShape : public btConcaveShape {
   std::shared_ptr<LazyLevels> levels_;  // of copies, too
   TissueTable tissues_;
   Fidelity fidelity_;
-  std::optional<RecognizedShape> recognized_;
+  std::optional<RecognizedShape> recognized_, given_;
   PaperSettings paperSettings_;
   bool asksPaper_ = false;
   // Pairs may ask in parallel. Shared, so that the shape stays copyable.

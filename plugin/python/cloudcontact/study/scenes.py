@@ -188,12 +188,17 @@ def up(body: _core.WorldBody) -> Any:
     return body.pose.matrix[:3, 2]
 
 
+def world_of(scene: _core.Scene, values: Mapping[str, Any]) -> _core.World:
+    """On one thread."""
+    words = {name: values[name] for name in WORLD if name in values and name != "voxel"}
+    return _core.World(scene, values.get("voxel"), False, threads=1, law=law_of(values), **words)
+
+
 def run_scene(scene: _core.Scene, values: Mapping[str, Any], watch: Optional[Sequence[str]]) -> dict[str, Any]:
     """Runs it on one thread and measures: names of columns, values in SI units."""
     if "seconds" not in values:
         raise StudyError("seconds: the time to run is missing; add parameters.seconds")
-    words = {name: values[name] for name in WORLD if name in values and name != "voxel"}
-    world = _core.World(scene, values.get("voxel"), False, threads=1, law=law_of(values), **words)
+    world = world_of(scene, values)
     bodies = watched(world, watch)
     measure, start = Wrenches(bodies), [up(body) for body in bodies]
     world.run(values["seconds"], values.get("step"), int(values.get("substeps", 1)), observe=measure, progress=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import pathlib
@@ -18,7 +19,7 @@ from .design import RESERVED, number
 from .errors import StudyError, meant
 from .expressions import Expression
 from .functions import Shipped, call, words_of
-from .scenes import SceneFile, run_scene, settings_of
+from .scenes import SceneFile, run_scene, settings_of, world_of
 
 MOST_NUMBERS = 32
 
@@ -115,6 +116,15 @@ def measured(task: Task) -> dict[str, Any]:
     if not isinstance(outcomes, Mapping):
         raise TypeError(f"{work.function.label}: returned {type(outcomes).__name__}; give a dict of outcomes")
     return dict(outcomes)
+
+
+def prepare(task: Task) -> None:
+    """Makes the world of a trial, so that processes forked from this one have its shapes. Never raises."""
+    work, values = task.work, task.parameters
+    if work.scene is None:
+        return
+    with contextlib.suppress(Exception):
+        world_of(work.scene.load(values, task.seed), settings_of(values, work.scene.template.names))
 
 
 def made_scene(task: Task) -> _core.Scene:
