@@ -98,12 +98,19 @@ bool isPlane(const SceneGeometry& geometry) {
   return std::holds_alternative<ScenePlane>(geometry);
 }
 
+bool needsVoxels(const SceneCollision& collision) {
+  return collision.isCuttable || collision.cutter || collision.paper.isGiven() ||
+         !collision.tissues.empty() || collision.tolerance == 0.0;
+}
+
 SceneTraits traitsOf(const SceneDescription& scene) {
   SceneTraits traits;
   std::set<std::string> known;
   for (const SceneBody& body : scene.bodies) {
     traits.deforms |= body.isSoft();
     traits.compounds |= body.collisions.size() > 1;
+    for (const SceneCollision& collision : body.collisions)
+      if (needsVoxels(collision)) traits.voxels.insert(keyOf(collision.geometry));
     for (const SceneCollision& collision : body.collisions)
       if (!body.isStatic && known.insert(keyOf(collision.geometry)).second)
         traits.moving.emplace_back(collision.geometry, body.name);
@@ -183,10 +190,18 @@ bool SceneClouds::meetsAsShape(const SceneCollision& collision, const SceneBody&
   if (isMesh(shape) &&
       (options_.shell || !(isOpenMesh(shape, body.name) || isLarge(shape, body.name))))
     return false;
-  const bool needsVoxels = traits_.deforms || collision.isCuttable || collision.cutter ||
-                           options_.method == Method::Paper || collision.paper.isGiven() ||
-                           collision.tolerance == 0.0;
-  return !needsVoxels && tissues(collision, body.name).empty();
+  return !traits_.deforms && options_.method != Method::Paper && !needsVoxels(collision) &&
+         tissues(collision, body.name).empty();
+}
+
+double SceneClouds::voxelOf(const SceneGeometry& geometry) const {
+  constexpr double kThick = 12, kLong = 128;  // [voxels]
+  const bool count = isMesh(geometry) || isPlane(geometry) || traits_.deforms || options_.exact ||
+                     options_.method == Method::Paper || !options_.tissues.ofParts.empty() ||
+                     traits_.voxels.contains(keyOf(geometry));
+  if (count) return voxel_;
+  const Vec3 size = boundsOf(analytic(geometry)).sizes();
+  return std::max(voxel_, std::min(size.minCoeff() / kThick, size.maxCoeff() / kLong));
 }
 
 // Null for primitives, planes and meshes made in memory.
@@ -257,7 +272,7 @@ std::shared_ptr<const Mesh> SceneClouds::mesh(const SceneGeometry& geometry,
   return kept = naming(body, [&] {
            if (!isMesh(geometry))
              return std::make_shared<const Mesh>(
-                 primitiveMesh(analytic(geometry), kMeshTolerance * voxel_));
+                 primitiveMesh(analytic(geometry), kMeshTolerance * voxelOf(geometry)));
            const Mended& mended = mendedMesh(geometry, body);
            if (!mended.isSheet) return mended.mesh;
            const double thickness = options_.shell.value_or(3 * voxel_);
@@ -300,19 +315,20 @@ double unitOf(const SceneGeometry& geometry, const CommonOptions& options) {
 Cloud SceneClouds::digitized(const SceneGeometry& geometry, const Pose& turn,
                              const std::string& body) {
   DigitizeSettings settings;
-  settings.voxelSize = voxel_;
+  const double voxel = voxelOf(geometry);
+  settings.voxelSize = voxel;
   settings.threads = options_.threads;
   std::vector<NamedMesh> turned = parts(geometry, body);
-  std::string key = keyOfVector(Vec3(voxel_, 0, 0));
+  std::string key = keyOfVector(Vec3(voxel, 0, 0));
   if (turned.empty()) {
     const Mesh whole = moved(*mesh(geometry, body), turn);
     return store_->clouds.get(contentKey(whole) + key, [&] {
       settings.progress = options_.progress("digitizing " + body);
       const auto make = [&] {
-        return askingUnit(whole, voxel_, unitOf(geometry, options_),
+        return askingUnit(whole, voxel, unitOf(geometry, options_),
                           [&] { return digitize(whole, settings); });
       };
-      return options_.cache ? options_.cache->cloud(whole, voxel_, make) : make();
+      return options_.cache ? options_.cache->cloud(whole, voxel, make) : make();
     });
   }
   for (NamedMesh& part : turned) {
@@ -322,7 +338,7 @@ Cloud SceneClouds::digitized(const SceneGeometry& geometry, const Pose& turn,
   return store_->clouds.get(key, [&] {
     settings.progress = options_.progress("digitizing " + body);
     const auto make = [&] { return digitize(turned, settings); };
-    return options_.cache ? options_.cache->cloud(turned, voxel_, make) : make();
+    return options_.cache ? options_.cache->cloud(turned, voxel, make) : make();
   });
 }
 

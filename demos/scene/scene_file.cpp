@@ -41,7 +41,8 @@ sdf::SDFPtr emptyTree() {
   static std::mutex mutex;
   static const sdf::SDFPtr known = [] {
     auto made = std::make_shared<sdf::SDF>();
-    if (!sdf::init(made)) throw std::runtime_error("libsdformat finds no description of its format");
+    if (!sdf::init(made))
+      throw std::runtime_error("libsdformat finds no description of its format");
     return made;
   }();
   const std::lock_guard lock(mutex);
@@ -118,10 +119,11 @@ void SceneReader::load(sdf::Root& root) {
       sdf::Errors all;
       const sdf::SDFPtr tree = emptyTree();
       // libsdformat resolves relative paths by $PWD, which may differ from the working directory.
-      const bool read = massless_.empty() && std::filesystem::exists(file_)
-                            ? sdf::readFile(std::filesystem::absolute(file_).string(), config, tree,
-                                            all)
-                            : sdf::readString(robot.text, config, tree, all);
+      const bool read =
+          massless_.empty() && std::filesystem::exists(file_)
+              ? sdf::readFile(std::filesystem::absolute(file_).string(), config, tree, all)
+              : sdf::readString(robot.text, config, tree, all);
+      if (!read && all.empty()) all.emplace_back(sdf::ErrorCode::STRING_READ, "it is no XML");
       if (!read) return all;
       const sdf::Errors found = root.Load(tree, config);
       all.insert(all.end(), found.begin(), found.end());

@@ -168,9 +168,10 @@ BulletShape SceneShapes::cloudShape(const SceneCollision& collision, const Pose&
                             : std::make_shared<CloudShape>(
                                   clouds_.field(collision.geometry, pose, body).field);
            shape->setTissues(clouds_.tissues(collision, body));
-           if (!isMesh(collision.geometry)) shape->madeOf({analytic(collision.geometry), pose});
+           if (!isMesh(collision.geometry))
+             shape->setSolid({analytic(collision.geometry), pose}, clouds_.voxel());
            shape->setFidelity(fidelity);
-           const double voxel = shape->cloud().voxelSize();
+           const double voxel = shape->voxelSize();
            // Bullet asks for the contacts of a compound's children only where their boxes meet, but
            // near misses reach a voxel.
            if (clouds_.traits().compounds) shape->setMargin(btScalar(voxel));

@@ -105,7 +105,7 @@ void CloudShape::setField(std::shared_ptr<const SurfaceField> field) {
   }
   field_ = std::move(field);
   levels_ = std::make_shared<LazyLevels>();
-  recognized_.reset(), given_.reset();
+  recognized_.reset(), solid_.reset();
   setPaper(std::move(lazy));
 }
 
@@ -121,19 +121,28 @@ void CloudShape::setTissues(TissueTable tissues) {
 
 const RecognizedShape* CloudShape::recognized() const {
   if (fidelity_.exact) return nullptr;
-  if (given_) return &*given_;
+  if (solid_) return &*solid_;
   if (fidelity_.tolerance > 0) return recognized_ ? &*recognized_ : nullptr;
   return field_ ? closedForm(*field_) : nullptr;
 }
 
-void CloudShape::madeOf(const PlacedSolid& given) {
-  const Solid& solid = given.solid;
-  if (!std::holds_alternative<Sphere>(solid) && !std::holds_alternative<Box>(solid) &&
-      !std::holds_alternative<Cylinder>(solid) && !std::holds_alternative<Capsule>(solid) &&
-      !std::holds_alternative<Cone>(solid))
+void CloudShape::setSolid(const PlacedSolid& solid, double voxel) {
+  const Solid& kind = solid.solid;
+  if (!std::holds_alternative<Sphere>(kind) && !std::holds_alternative<Box>(kind) &&
+      !std::holds_alternative<Cylinder>(kind) && !std::holds_alternative<Capsule>(kind) &&
+      !std::holds_alternative<Cone>(kind))
     throw std::invalid_argument(
-        "CloudShape::madeOf: give a Sphere, Box, Cylinder, Capsule or Cone");
-  given_ = RecognizedShape{given, 0};
+        "CloudShape::setSolid: give a Sphere, Box, Cylinder, Capsule or Cone");
+  if (!(voxel >= 0) || !std::isfinite(voxel))
+    throw std::invalid_argument("CloudShape::setSolid: voxel must be finite and 0 or more [m]");
+  validate(solid);
+  solid_ = RecognizedShape{solid, 0};
+  solidVoxel_ = voxel;
+}
+
+double CloudShape::voxelSize() const {
+  if (solid_ && solidVoxel_ > 0) return solidVoxel_;
+  return field_ ? field_->cloud().voxelSize() : levels_->made->voxelSize(0);
 }
 
 void CloudShape::setFidelity(const Fidelity& fidelity) {
@@ -143,7 +152,7 @@ void CloudShape::setFidelity(const Fidelity& fidelity) {
   if (fidelity.exact && fidelity.tolerance != 0)
     throw std::invalid_argument("CloudShape::setFidelity: what is exact has no tolerance");
   std::optional<RecognizedShape> found;
-  if (fidelity.tolerance != 0 && field_ && !given_) {
+  if (fidelity.tolerance != 0 && field_ && !solid_) {
     found = recognizedShape(*field_, fidelity.tolerance);
   } else if (fidelity.tolerance != 0 && !field_) {
     if (!(fidelity.tolerance > 0) || !std::isfinite(fidelity.tolerance))
@@ -216,7 +225,7 @@ void CloudShape::setLocalScaling(const btVector3& scaling) {
     setField(scaled(*field_, growth));
   } else {
     setLevels(std::make_shared<const FieldLevels>(levels_->made, growth));
-    recognized_.reset(), given_.reset();
+    recognized_.reset(), solid_.reset();
     setPaper(std::make_shared<LazyPaper>());
   }
   fieldScaling_ = double(factor);

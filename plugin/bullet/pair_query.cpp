@@ -42,7 +42,7 @@ void moveBy(const Pose& way, ContactBody& body) {
 double voxelOf(const CloudShape* const clouds[2]) {
   double size = std::numeric_limits<double>::infinity();
   for (int side = 0; side < 2; ++side)
-    if (clouds[side]) size = std::min(size, clouds[side]->cloud().voxelSize());
+    if (clouds[side]) size = std::min(size, clouds[side]->voxelSize());
   return size;
 }
 

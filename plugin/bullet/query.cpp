@@ -52,7 +52,7 @@ class ChildNamer : public btCollisionWorld::RayResultCallback {
                   if (!shape) return;
                   const auto point = shape->shownField().at(toPose(at).toLocal(toVec3(place)));
                   if (!point) return;
-                  const double voxel = shape->cloud().voxelSize();
+                  const double voxel = shape->voxelSize();
                   if (std::abs(point->depth) >= least * voxel) return;
                   least = std::abs(point->depth) / voxel;
                   nearest = child;

@@ -70,6 +70,32 @@ TEST(RecognizedPairs, ShapesAreKnownWithoutASetting) {
   EXPECT_THROW(CloudContact{settings}, std::invalid_argument);
 }
 
+// What was made of a solid is that, exactly and whatever its voxels are, until it is cut.
+TEST(RecognizedPairs, ASolidIsWhatItWasMadeOf) {
+  const Box made{Vec3(0.5, 0.4, 0.3)};
+  CloudShape box(fieldOf(boxMesh({1, 0.8, 0.6}), 4 * kVoxel));
+  box.setSolid({made}, kVoxel);
+  for (const double tolerance : {0.0, 2 * kVoxel}) {
+    box.setFidelity({tolerance});
+    ASSERT_TRUE(box.recognized());
+    EXPECT_EQ(std::get<Box>(box.recognized()->placed.solid).halfExtents, made.halfExtents);
+    EXPECT_EQ(box.recognized()->error, 0);
+  }
+  EXPECT_EQ(box.voxelSize(), kVoxel);
+  EXPECT_EQ(box.cloud().voxelSize(), 4 * kVoxel);
+  Fidelity exact;
+  exact.exact = true;
+  box.setFidelity(exact);
+  EXPECT_FALSE(box.recognized());
+  box.setField(fields().ball);
+  box.setFidelity({});
+  EXPECT_STREQ(shapeName(box.recognized()->placed.solid), "ball");
+  EXPECT_EQ(box.voxelSize(), kVoxel);  // the ball's own
+  EXPECT_THROW(box.setSolid({HalfSpace{}}), std::invalid_argument);
+  EXPECT_THROW(box.setSolid({Sphere{-1}}), std::invalid_argument);
+  EXPECT_THROW(box.setSolid({made}, -1), std::invalid_argument);
+}
+
 // Boxes that start where their faces touch a plane: all of a face bears, not the strip that
 // rounding makes touch first.
 TEST(RecognizedPairs, FacesThatTouchBearAtOnce) {

@@ -7,6 +7,7 @@
 
 #include "io/errors.h"
 #include "program/scene_bodies.h"
+#include "scene/scene_clouds.h"
 #include "scene/scene_dispatcher.h"
 #include "scene/scene_shapes.h"
 #include "scene/simulation.h"
@@ -371,8 +372,27 @@ TEST(Simulation, LinksOfOneModelTouchOnlyWithSelfCollide) {
   EXPECT_GT(pushed.bodies[1].pose.position.x() - pushed.bodies[0].pose.position.x(), 0.95);
 }
 
+// A long bar beside fine voxels: 10 million of them would be its own.
+TEST(Simulation, ALargePrimitiveNeedsNoFineVoxels) {
+  const SceneBox bar{Vec3(0.5, 0.1, 0.1)};
+  SceneDescription scene =
+      sceneOf({bodyWith("floor", SceneBox{Vec3(2, 2, 0.2)}, Vec3(0, 0, -0.1), 0),
+               bodyWith("bar", bar, Vec3(0, 0, 0.051), 2)});
+  WorldSettings settings = with(Method::Cloud, 1e-4);
+  settings.common.friction = 0.5;
+  const auto report = run(scene, settings, 0.5);
+  EXPECT_NEAR(report.bodies[1].pose.position.z(), 0.05, 2e-5);
+  EXPECT_LT(report.bodies[1].linearVelocity.norm(), 1e-4);
+  SceneClouds clouds(settings.common, 2e-3, nullptr, traitsOf(scene));
+  EXPECT_DOUBLE_EQ(clouds.cloud(bar, Pose(), "bar").cloud.voxelSize(), 0.5 / 128);
+  // Who asks for its voxels gets those.
+  scene.bodies[1].collisions[0].tolerance = 0;
+  SceneClouds asked(settings.common, 2e-3, nullptr, traitsOf(scene));
+  EXPECT_DOUBLE_EQ(asked.cloud(bar, Pose(), "bar").cloud.voxelSize(), 2e-3);
+}
+
 TEST(WorldOptions, InvalidValuesAreRefusedByName) {
-  const auto scene = sceneOf({bodyWith("ball", SceneSphere{0.1}, Vec3::Zero(), 1)});
+  auto scene = sceneOf({bodyWith("ball", SceneSphere{0.1}, Vec3::Zero(), 1)});
   const auto message = [&](const WorldSettings& settings) {
     try {
       World world(scene, settings);
@@ -388,8 +408,9 @@ TEST(WorldOptions, InvalidValuesAreRefusedByName) {
   auto foundation = with(Method::Gjk, 0.01);
   foundation.common.law = Foundation{};
   EXPECT_NE(message(foundation).find("--law foundation"), std::string::npos);
-  EXPECT_NE(message(with(Method::Cloud, 1e-7)).find("body 'ball'"), std::string::npos);
   EXPECT_EQ(message(with(Method::Cloud, 0.01)), "accepted");
+  scene.bodies[0].collisions[0].tolerance = 0;  // its voxels
+  EXPECT_NE(message(with(Method::Cloud, 1e-7)).find("body 'ball'"), std::string::npos);
 }
 
 }  // namespace

@@ -80,10 +80,14 @@ class CloudShape : public btConcaveShape {
   Eigen::AlignedBox3d bounds() const;
   // What the cloud is within the tolerance, or its own error; null: nothing, or it is exact.
   const RecognizedShape* recognized() const;
-  // The voxels were made of this solid, which recognized() then is, without a search, until the
-  // field changes. `given.solid`: a Sphere, Box, Cylinder, Capsule or Cone. Throws
-  // std::invalid_argument for another one.
-  void madeOf(const PlacedSolid& given);
+  // The voxels were made of this solid: a Sphere, Box, Cylinder, Capsule or Cone. Until the field
+  // changes recognized() is that, without a search and exactly. So its voxels, which clouds that
+  // are no shape meet, may be coarse: `voxel` [m] is the size by which margins and automatic
+  // springs go; 0: that of its voxels. Throws std::invalid_argument for other solids, and a voxel
+  // that is negative or not finite.
+  void setSolid(const PlacedSolid& solid, double voxel = 0);
+  // [m] Of the finest voxels, or what setSolid() said.
+  double voxelSize() const;
 
   // Contacts of this body take their direction from the base vectors that this states: C, Gr, D,
   // membership, hardness and cutting abilities. The other body then has the usual ones, if it
@@ -135,7 +139,8 @@ class CloudShape : public btConcaveShape {
   std::shared_ptr<LazyLevels> levels_;  // of copies, too
   TissueTable tissues_;
   Fidelity fidelity_;
-  std::optional<RecognizedShape> recognized_, given_;
+  std::optional<RecognizedShape> recognized_, solid_;
+  double solidVoxel_ = 0;
   PaperSettings paperSettings_;
   bool asksPaper_ = false;
   // Pairs may ask in parallel. Shared, so that the shape stays copyable.
