@@ -49,8 +49,7 @@ bool isUsable(const SceneDrive& drive) {
 constexpr const char* kFinite = "finite, and at most 1e30";
 
 void checkAxis(const std::string& owner, const SceneAxis& axis) {
-  if (!axis.axis.allFinite() || axis.axis.norm() < 1e-12)
-    refuse(owner, "axis", "finite and not 0");
+  if (!axis.axis.allFinite() || axis.axis.norm() < 1e-12) refuse(owner, "axis", "finite and not 0");
   if (axis.lower && std::isnan(*axis.lower)) refuse(owner, "lower", "a number");
   if (axis.upper && std::isnan(*axis.upper)) refuse(owner, "upper", "a number");
   if (axis.lower && axis.upper && *axis.lower > *axis.upper)

@@ -45,9 +45,9 @@ void World::State::addJoint(const SceneJoint& joint) {
   const auto rigidOf = [&](int body) -> btRigidBody& {
     return body < 0 ? ground : *bodies[body].rigid;
   };
-  auto made = std::make_unique<JointConstraint>(
-      joint, rigidOf(joint.parent), rigidOf(joint.child),
-      toBullet(centerOf(joint.parent).inverse() * frame), toBullet(child.inverse() * frame));
+  auto made = std::make_unique<JointConstraint>(joint, rigidOf(joint.parent), rigidOf(joint.child),
+                                                toBullet(centerOf(joint.parent).inverse() * frame),
+                                                toBullet(child.inverse() * frame));
   made->setOrigin(toBullet(child.toLocal(joint.pose.position)));
   joints.push_back({joint, std::move(made)});
   world.addConstraint(joints.back().rows.get(), true);

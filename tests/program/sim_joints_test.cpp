@@ -81,7 +81,8 @@ TEST(SceneJoints, AScrewTurnsAsItSinks) {
   }
 }
 
-// A rod hung at its end, on a ball, circles at a constant slope where (I - I_axis) w^2 cos = m g l / 2.
+// A rod hung at its end, on a ball, circles at a constant slope where (I - I_axis) w^2 cos = m g l
+// / 2.
 TEST(SceneJoints, ABallLetsAPendulumCircle) {
   const double length = 1, slope = 0.7;
   const double about = 2.0 / 3 - 0.01 * 2 / 12;  // its end, less what it has about its axis
@@ -226,8 +227,8 @@ TEST(SceneJoints, ReactionsCarryTheWeights) {
 
 // Free bodies that a joint holds together keep their momenta, and gain no energy.
 TEST(SceneJoints, NoKindMakesMomentumOrEnergy) {
-  for (const Kind kind : {Kind::Fixed, Kind::Revolute, Kind::Prismatic, Kind::Screw, Kind::Ball,
-                          Kind::Universal}) {
+  for (const Kind kind :
+       {Kind::Fixed, Kind::Revolute, Kind::Prismatic, Kind::Screw, Kind::Ball, Kind::Universal}) {
     Jointed j;
     j.scene.gravity.setZero();
     j.scene.bodies = {rod("a", Vec3(-0.5, 0, 0), 1, 2), rod("b", Vec3(0.5, 0.1, 0), 1, 3)};
