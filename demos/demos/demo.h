@@ -39,7 +39,7 @@ class DemoStage {
   bool isShort() const { return shortened_.has_value(); }
   // Scenes of robots, where the program reads such files (robotOf() in scene/scene_file.h).
   std::function<SceneDescription(const std::string& name, const std::string& text)> readRobot;
-  // For demos without Bullet worlds: adds takes of a replay, and pictures by name.
+  // Takes of a replay, of demos without Bullet worlds; and pictures by name.
   bool wantsReplay() const { return wantsReplay_; }
   bool wantsPictures() const { return wantsPictures_; }
   void addTakes(std::vector<ReplayTake> takes, double seconds, const std::string& setup,

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <string>
 
@@ -92,12 +93,12 @@ std::vector<Belief> beliefs() {
 
 class Arm {
  public:
+  // The scene has all of the names.
   explicit Arm(const World& world) : gravity_(9.81) {
     for (int i = 0; i < 6; ++i) {
-      for (std::size_t b = 0; b < world.bodyCount(); ++b)
-        if (world.name(b) == std::string("arm::") + kLinks[i].body) bodies_[i] = b;
-      for (std::size_t j = 0; j < world.jointCount(); ++j)
-        if (world.describedJoint(j).name == std::string("arm::") + kLinks[i].joint) joints_[i] = j;
+      std::size_t &body = bodies_[i], &joint = joints_[i];
+      while (world.name(body) != std::string("arm::") + kLinks[i].body) ++body;
+      while (world.describedJoint(joint).name != std::string("arm::") + kLinks[i].joint) ++joint;
     }
   }
   Pose end(const World& world) const {
@@ -224,10 +225,15 @@ std::vector<ReplayCheck> runArm(DemoStage& stage) {
   run.step = kStep;
   run.instants = 20;
   const Belief first = beliefs().front();
-  run.control = [&](double time, World& world) { follow(Arm(world), world, first, time); };
+  std::optional<Arm> known;
+  run.control = [&](double time, World& world) {
+    if (!known) known.emplace(world);
+    follow(*known, world, first, time);
+  };
   std::vector<WrenchAt> wrenches;
   run.observe = [&](double time, const World& world) {
-    const JointState flange = Arm(world).flange(world);
+    if (!known) known.emplace(world);
+    const JointState flange = known->flange(world);
     wrenches.push_back({time, flange.force, flange.torque});
   };
   const SimulationReport report = stage.run(made, settings, run, "");

@@ -89,6 +89,12 @@ void refuseTissues(const SceneCollision& collision, const std::vector<std::strin
   }
 }
 
+// Whether it is cut, cuts, is of a tissue, has base vectors, or asks for its voxels.
+bool needsVoxels(const SceneCollision& collision) {
+  return collision.isCuttable || collision.cutter || collision.paper.isGiven() ||
+         !collision.tissues.empty() || collision.tolerance == 0.0;
+}
+
 }  // namespace
 
 bool isMesh(const SceneGeometry& geometry) {
@@ -98,19 +104,13 @@ bool isPlane(const SceneGeometry& geometry) {
   return std::holds_alternative<ScenePlane>(geometry);
 }
 
-bool needsVoxels(const SceneCollision& collision) {
-  return collision.isCuttable || collision.cutter || collision.paper.isGiven() ||
-         !collision.tissues.empty() || collision.tolerance == 0.0;
-}
-
 SceneTraits traitsOf(const SceneDescription& scene) {
   SceneTraits traits;
   std::set<std::string> known;
   for (const SceneBody& body : scene.bodies) {
     traits.deforms |= body.isSoft();
     traits.compounds |= body.collisions.size() > 1;
-    for (const SceneCollision& collision : body.collisions)
-      if (needsVoxels(collision)) traits.voxels.insert(keyOf(collision.geometry));
+    traits.voxels |= std::any_of(body.collisions.begin(), body.collisions.end(), needsVoxels);
     for (const SceneCollision& collision : body.collisions)
       if (!body.isStatic && known.insert(keyOf(collision.geometry)).second)
         traits.moving.emplace_back(collision.geometry, body.name);
@@ -196,10 +196,10 @@ bool SceneClouds::meetsAsShape(const SceneCollision& collision, const SceneBody&
 
 double SceneClouds::voxelOf(const SceneGeometry& geometry) const {
   constexpr double kThick = 12, kLong = 128;  // [voxels]
-  const bool count = isMesh(geometry) || isPlane(geometry) || traits_.deforms || options_.exact ||
+  const bool count = traits_.deforms || traits_.voxels || options_.exact ||
                      options_.method == Method::Paper || !options_.tissues.ofParts.empty() ||
-                     traits_.voxels.contains(keyOf(geometry));
-  if (count) return voxel_;
+                     std::holds_alternative<Foundation>(options_.law);
+  if (count || isMesh(geometry) || isPlane(geometry)) return voxel_;
   const Vec3 size = boundsOf(analytic(geometry)).sizes();
   return std::max(voxel_, std::min(size.minCoeff() / kThick, size.maxCoeff() / kLong));
 }

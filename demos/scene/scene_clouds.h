@@ -10,7 +10,6 @@
 #include <memory>
 #include <new>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -40,15 +39,13 @@ struct PlacedLevels {
 
 // What the shapes of all bodies depend on.
 struct SceneTraits {
-  bool deforms = false;               // a body
-  bool compounds = false;             // there are bodies of several collisions
-  std::set<std::string> voxels = {};  // keys of geometries whose voxels count: needsVoxels()
+  bool deforms = false;    // a body
+  bool compounds = false;  // there are bodies of several collisions
+  bool voxels = false;     // there are collisions whose voxels count: needsVoxels()
   // The geometries of bodies that move, each once, with a body that has it.
   std::vector<std::pair<SceneGeometry, std::string>> moving = {};
 };
 SceneTraits traitsOf(const SceneDescription& scene);
-// Whether a collision is cut, cuts, is of a tissue, has base vectors, or asks for its voxels.
-bool needsVoxels(const SceneCollision& collision);
 
 // Functions throw BadInput naming `body` or the file, if that is unusable.
 class SceneClouds {
@@ -102,9 +99,10 @@ class SceneClouds {
   bool isLarge(const SceneGeometry& geometry, const std::string& body);
   // The diagonal [m].
   double sizeOf(const SceneGeometry& geometry, const std::string& body);
-  // Of a geometry's voxels. A primitive meets most bodies as what it is, and clouds of other shapes
-  // know it well enough by 128 voxels: a link of 0.3 m beside a peg of 0.1 mm voxels would have 14
-  // million. A cloud that is made where something comes near would make this needless.
+  // Of a geometry's voxels. A primitive meets most bodies as what it is. Clouds of other shapes
+  // know it well enough by 128 voxels along it, or 12 across; a link of 0.3 m beside a peg of 0.1
+  // mm voxels would have 14 million. A cloud that is made where something comes near would make
+  // this needless.
   double voxelOf(const SceneGeometry& geometry) const;
   Cloud digitized(const SceneGeometry& geometry, const Pose& turn, const std::string& body);
   Cloud objectCloud(const SceneMesh& geometry, const std::string& body);

@@ -5,7 +5,6 @@
 #include <functional>
 #include <iostream>
 #include <map>
-#include <mutex>
 #include <sdf/sdf.hh>
 #include <set>
 #include <sstream>
@@ -17,6 +16,7 @@
 #include "scene/scene_paths.h"
 #include "scene/scene_text.h"
 #include "scene/sdf_joint.h"
+#include "scene/sdf_tree.h"
 #include "scene/sdf_values.h"
 
 namespace cloudcontact::program {
@@ -34,22 +34,6 @@ class SilencedErrors {
  private:
   std::streambuf* kept_;
 };
-
-// What libsdformat reads a file into. It makes that from its own description of the format, which
-// takes 30 of the 45 ms of a small scene; a copy takes 10.
-sdf::SDFPtr emptyTree() {
-  static std::mutex mutex;
-  static const sdf::SDFPtr known = [] {
-    auto made = std::make_shared<sdf::SDF>();
-    if (!sdf::init(made))
-      throw std::runtime_error("libsdformat finds no description of its format");
-    return made;
-  }();
-  const std::lock_guard lock(mutex);
-  auto tree = std::make_shared<sdf::SDF>();
-  tree->Root(known->Root()->Clone());
-  return tree;
-}
 
 // Reads one file. Resolves mesh paths.
 class SceneReader {
@@ -113,16 +97,15 @@ void SceneReader::load(sdf::Root& root) {
   config.SetUnrecognizedElementsPolicy(sdf::EnforcementPolicy::ERR);
   const std::string invalid =
       isRobot() ? "not valid URDF, correct it" : "not valid SDFormat, correct it";
+  const sdf::SDFPtr tree = emptySdfTree();
   const auto errors = [&] {
     const SilencedErrors silence;
     try {
-      sdf::Errors all;
-      const sdf::SDFPtr tree = emptyTree();
       // libsdformat resolves relative paths by $PWD, which may differ from the working directory.
+      sdf::Errors all;
       const bool read =
-          massless_.empty() && std::filesystem::exists(file_)
-              ? sdf::readFile(std::filesystem::absolute(file_).string(), config, tree, all)
-              : sdf::readString(robot.text, config, tree, all);
+          isRobot() ? sdf::readString(robot.text, config, tree, all)
+                    : sdf::readFile(std::filesystem::absolute(file_).string(), config, tree, all);
       if (!read && all.empty()) all.emplace_back(sdf::ErrorCode::STRING_READ, "it is no XML");
       if (!read) return all;
       const sdf::Errors found = root.Load(tree, config);
@@ -249,15 +232,18 @@ void SceneReader::readCollision(const sdf::Collision& collision, SceneBody& body
   body.collisions.push_back(std::move(out));
 }
 
-// What nothing touches is seen only where its model says how it looks.
+// What nothing touches is seen only where its model says how it looks. What cannot be read is not
+// seen.
 void SceneReader::readVisuals(const sdf::Link& link, SceneBody& body) const {
-  for (std::uint64_t i = 0; i < link.VisualCount(); ++i) {
-    const sdf::Visual& visual = *link.VisualByIndex(i);
-    const std::string element = "body '" + body.name + "' visual '" + visual.Name() + "'";
-    if (!visual.Geom() || visual.Geom()->Type() == sdf::GeometryType::PLANE) continue;
-    body.visuals.push_back({visual.Name(), in_.resolved(visual.SemanticPose(), "", element),
-                            readGeometry(*visual.Geom(), element)});
-  }
+  for (std::uint64_t i = 0; i < link.VisualCount(); ++i) try {
+      const sdf::Visual& visual = *link.VisualByIndex(i);
+      const std::string element = "body '" + body.name + "' visual '" + visual.Name() + "'";
+      if (!visual.Geom() || visual.Geom()->Type() == sdf::GeometryType::PLANE) continue;
+      body.visuals.push_back({visual.Name(), in_.resolved(visual.SemanticPose(), "", element),
+                              readGeometry(*visual.Geom(), element)});
+    } catch (const BadInput& why) {
+      std::cerr << "cloudcontact: " << why.what() << " (it is not drawn)\n";
+    }
 }
 
 void SceneReader::readDrive(const sdf::Link& link, const Pose& linkInBody, SceneBody& body) const {

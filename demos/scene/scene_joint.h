@@ -64,6 +64,13 @@ struct AxisState {
   Vec3 direction = Vec3::UnitZ();  // in the world
 };
 
+// What a joint carried in a step: a push on its child at the child's center of mass, as Bullet has
+// it, and the way from there to the joint then [N, N m, m]. All 0: nothing, as of a body that is
+// cut away.
+struct JointLoad {
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero(), arm = Vec3::Zero();
+};
+
 // What a joint does, and where it is.
 struct JointState {
   Vec3 origin = Vec3::Zero();  // of its frame, on the child [m]

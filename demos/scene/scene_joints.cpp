@@ -53,9 +53,6 @@ double nearest(double angle, double to) {
   return angle + kTurn * std::round((to - angle) / kTurn);
 }
 
-}  // namespace
-
-namespace {
 constexpr std::pair<Kind, const char*> kNames[] = {
     {Kind::Fixed, "fixed"}, {Kind::Revolute, "revolute"}, {Kind::Prismatic, "prismatic"},
     {Kind::Screw, "screw"}, {Kind::Ball, "ball"},         {Kind::Universal, "universal"}};
@@ -198,12 +195,22 @@ AxisState JointConstraint::axis(std::size_t i) const {
   return state;
 }
 
+JointLoad JointConstraint::load() const {
+  return {fromBullet(feedback_.m_appliedForceBodyB), fromBullet(feedback_.m_appliedTorqueBodyB),
+          fromBullet(arm_)};
+}
+
+void JointConstraint::setLoad(const JointLoad& load) {
+  feedback_.m_appliedForceBodyB = toBullet(load.force);
+  feedback_.m_appliedTorqueBodyB = toBullet(load.torque);
+  arm_ = toBullet(load.arm);
+}
+
 // Bullet has torques about the centers of mass.
 JointState JointConstraint::state() const {
-  const btTransform& child = m_rbB.getCenterOfMassTransform();
-  const btVector3 arm = child.getBasis() * origin_;
-  return {fromBullet(child.getOrigin() + arm), fromBullet(feedback_.m_appliedForceBodyB),
-          fromBullet(feedback_.m_appliedTorqueBodyB - arm.cross(feedback_.m_appliedForceBodyB))};
+  const JointLoad now = load();
+  return {fromBullet(m_rbB.getCenterOfMassTransform() * origin_), now.force,
+          now.torque - now.arm.cross(now.force)};
 }
 
 void JointConstraint::moveFrame(const btRigidBody& body, const btTransform& back) {
@@ -228,6 +235,7 @@ void JointConstraint::getInfo1(btConstraintInfo1* info) {
 void JointConstraint::getInfo2(btConstraintInfo2* info) {
   const Frames at = frames();
   for (std::size_t i = 0; i < joint_.axes(); ++i) places_[i] = placeOf(i, at);
+  arm_ = m_rbB.getCenterOfMassTransform().getBasis() * origin_;
   Rows rows(*info, m_rbA, m_rbB, at.child.getOrigin());
   holdShifts(at, rows);
   holdTurns(at, rows);

@@ -30,6 +30,9 @@ class JointConstraint : public btTypedConstraint {
   JointState state() const;
   const JointMotor& motor(std::size_t i) const { return motors_[i]; }
   void setMotor(std::size_t i, const JointMotor& motor) { motors_[i] = motor; }
+  // Of the latest step, to be kept.
+  JointLoad load() const;
+  void setLoad(const JointLoad& load);
   // Places with their turns, which poses do not tell.
   const std::array<double, 2>& places() const { return places_; }
   void setPlaces(const std::array<double, 2>& places) { places_ = places; }
@@ -59,6 +62,7 @@ class JointConstraint : public btTypedConstraint {
   std::array<double, 2> places_ = {};
   std::array<JointMotor, 2> motors_;
   btJointFeedback feedback_ = {};
+  btVector3 arm_{0, 0, 0};  // from the child's center of mass to the joint, in the latest step
 };
 
 }  // namespace cloudcontact::program

@@ -326,6 +326,18 @@ bool SceneShapes::meetsAsTriangles(const SceneCollision& collision, const SceneB
          clouds_.meetsAsShape(collision, body);
 }
 
+// A mesh as it is, with or without an inside. One that cannot be read is not drawn.
+void SceneShapes::addVisual(const SceneCollision& visual, const SceneBody& body, BodyParts& out) {
+  try {
+    if (isMesh(visual.geometry) && !clouds_.isDigital(visual.geometry, body.name))
+      out.drawn.parts.push_back({clouds_.triangles(visual.geometry, body.name), visual.pose, {}});
+    else
+      out.drawn.parts.push_back(drawnPart(visual, body));
+  } catch (const BadInput& why) {
+    std::cerr << "cloudcontact: " << why.what() << " (it is not drawn)\n";
+  }
+}
+
 // A shape that clouds meet as it is: in its own frame it needs no compound, whose children
 // Bullet asks for contacts only once their boxes meet.
 bool SceneShapes::isOneShape(const SceneBody& body) {
@@ -351,7 +363,7 @@ BodyParts SceneShapes::make(const SceneBody& body) {
   }
   std::vector<PlacedShape> shapes;
   for (const auto& collision : body.collisions) addPart(collision, body, out, shapes);
-  for (const auto& visual : body.visuals) out.drawn.parts.push_back(drawnPart(visual, body));
+  for (const auto& visual : body.visuals) addVisual(visual, body, out);
   if (shapes.size() == 1 && isIdentity(shapes.front().place)) {
     out.shape = shapes.front().shape;
     return out;

@@ -102,6 +102,7 @@ class SceneShapes {
   std::optional<SceneTool> tool(const SceneCollision& collision, const Pose& pose,
                                 const std::string& body);
   BulletShape bulletShape(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
+  void addVisual(const SceneCollision& visual, const SceneBody& body, BodyParts& out);
   DrawnPart drawnPart(const SceneCollision& collision, const SceneBody& of);
   std::shared_ptr<const Probed> probes(const SceneGeometry& geometry, const std::string& body);
 

@@ -159,6 +159,7 @@ struct DriveStart {
 struct JointSave {
   std::array<double, 2> places = {};  // AxisState::place
   std::array<JointMotor, 2> motors;
+  JointLoad load;
 };
 
 // A state of a world. Numbers are those of the bodies, in their order.
@@ -237,7 +238,7 @@ class World {
   void change(std::size_t body, const SceneBody& like);
   // Puts a body's frame elsewhere, with the velocity that it has. Call it between steps.
   void place(std::size_t body, const Pose& pose);
-  // In the order of the scene. The four that name one throw std::out_of_range where there is none,
+  // In the order of the scene. Those that name one throw std::out_of_range where there is none,
   // or it has no such axis.
   std::size_t jointCount() const;
   const SceneJoint& describedJoint(std::size_t joint) const;

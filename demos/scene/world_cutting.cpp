@@ -117,8 +117,10 @@ void World::State::vanish(Body& body) {
   body.cut.gone = true;
   body.volume = body.parts.mass = 0;
   for (const Joint& joint : joints)
-    if (&joint.rows->getRigidBodyA() == body.rigid || &joint.rows->getRigidBodyB() == body.rigid)
+    if (&joint.rows->getRigidBodyA() == body.rigid || &joint.rows->getRigidBodyB() == body.rigid) {
       world.removeConstraint(joint.rows.get());
+      joint.rows->setLoad({});
+    }
 }
 
 double World::State::cuttableEnergy() const {

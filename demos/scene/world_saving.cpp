@@ -14,7 +14,8 @@ WorldSave World::save() const {
   save.time = s.time, save.latestStep = s.latestStep;
   save.moment = s.moment;
   for (const State::Joint& joint : s.joints)
-    save.joints.push_back({joint.rows->places(), {joint.rows->motor(0), joint.rows->motor(1)}});
+    save.joints.push_back(
+        {joint.rows->places(), {joint.rows->motor(0), joint.rows->motor(1)}, joint.rows->load()});
   for (const State::Body& body : s.bodies) {
     save.loads.push_back(body.load);
     const SceneDrive drive = body.scene.drive.value_or(SceneDrive());
@@ -47,6 +48,7 @@ void World::restore(const WorldSave& save) {
   s.moment = save.moment;
   for (std::size_t i = 0; i < save.joints.size(); ++i) {
     s.joints[i].rows->setPlaces(save.joints[i].places);
+    s.joints[i].rows->setLoad(save.joints[i].load);
     for (std::size_t k = 0; k < 2; ++k) s.joints[i].rows->setMotor(k, save.joints[i].motors[k]);
   }
   for (std::size_t i = 0; i < count; ++i) {

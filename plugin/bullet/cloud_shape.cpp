@@ -138,6 +138,7 @@ void CloudShape::setSolid(const PlacedSolid& solid, double voxel) {
   validate(solid);
   solid_ = RecognizedShape{solid, 0};
   solidVoxel_ = voxel;
+  life_ = std::make_shared<int>(0);
 }
 
 double CloudShape::voxelSize() const {
@@ -151,13 +152,13 @@ void CloudShape::setFidelity(const Fidelity& fidelity) {
         "CloudShape::setFidelity: a shape has no budget; give it to CloudContactSettings");
   if (fidelity.exact && fidelity.tolerance != 0)
     throw std::invalid_argument("CloudShape::setFidelity: what is exact has no tolerance");
+  if (!(fidelity.tolerance >= 0) || !std::isfinite(fidelity.tolerance))
+    throw std::invalid_argument(
+        "CloudShape::setFidelity: tolerance must be finite and not negative [m]");
   std::optional<RecognizedShape> found;
   if (fidelity.tolerance != 0 && field_ && !solid_) {
     found = recognizedShape(*field_, fidelity.tolerance);
   } else if (fidelity.tolerance != 0 && !field_) {
-    if (!(fidelity.tolerance > 0) || !std::isfinite(fidelity.tolerance))
-      throw std::invalid_argument(
-          "CloudShape::setFidelity: tolerance must be finite and not negative [m]");
     const int level = levels().coarsest(fidelity.tolerance / 2);
     const double off = levels().error(level);
     if (level == 0) field_ = levels().field(0);  // some part needs it; boxes are then its own

@@ -92,12 +92,11 @@ class MatterCheck {
     std::vector<const char*> found;
     if (!turns(0) && !turns(1) && !turns(2)) return found;  // its inertia is not used
     if (neverTurns()) return {kNeverTurns};
-    if (isLink() && !followsFromShape()) return found;
     if (isImpossible() && !hasPrincipalMoments()) return {kImpossible};
     const bool offCenter = isOffCenter(), skew = isSkew();
     if (!offCenter && !skew) return found;
     const bool stated = !followsFromShape();
-    if (offCenter && (!stated || !bounds_.contains(Vec3::Zero().eval())))
+    if (offCenter && (!stated || (!isLink() && !bounds_.contains(Vec3::Zero().eval()))))
       found.push_back(kOffCenterText);
     if (skew && !stated) found.push_back(kSkewText);
     return found;
@@ -116,13 +115,14 @@ class MatterCheck {
     const Vec3 square = far.cwiseProduct(far);
     const Vec3 most = clouds_.mass * (Vec3::Constant(square.sum()) - square);
     for (int axis = 0; axis < 3; ++axis)
-      if (turns(axis) && (moments_[axis] > (1 + kSameMoments) * most[axis] ||
+      if (turns(axis) && ((!isLink() && moments_[axis] > (1 + kSameMoments) * most[axis]) ||
                           moments_[axis] < kLeastShare * clouds_.inertia(axis, axis)))
         return true;
     return false;
   }
-  // A link of a machine is mostly larger than the part of it that touches things.
-  bool isLink() const { return const_cast<btRigidBody&>(body_).getNumConstraintRefs() > 0; }
+  // A link of a machine is mostly larger than the part of it that touches things. Bullet tells a
+  // body of those joints alone that keep their bodies from touching each other.
+  bool isLink() const { return body_.getNumConstraintRefs() > 0; }
   bool isOffCenter() const {
     const double gyration = std::sqrt(clouds_.inertia.trace() / 2 / clouds_.mass);
     return clouds_.centerOfMass.norm() > kOffCenter * gyration;

@@ -16,7 +16,7 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr std::uint32_t kVersion = 8;
+constexpr std::uint32_t kVersion = 9;
 constexpr const char* kNoData =
     "a law that is a function, or an area of the paper's method that is a cloud, cannot be saved: "
     "set it again after loading";
@@ -105,6 +105,8 @@ void shapeIn(Archive& archive, ShapeRecord& record) {
   });
   archive(record.tolerance, record.exact, record.usesPaper);
   paperIn(archive, record.paper);
+  optionalIn(archive, record.solid, areaIn<Archive>);
+  archive(record.solidVoxel);
   archive(record.margin, record.fieldScaling, record.scaling, record.userIndex);
 }
 
@@ -178,6 +180,7 @@ ShapeRecord ShapeRecord::of(const CloudShape& shape) {
   record.exact = shape.fidelity_.exact || (shape.field_ && shape.field_->data().isRenewed());
   record.usesPaper = shape.asksPaper_;
   record.paper = shape.paperSettings_;
+  if (shape.solid_) record.solid = shape.solid_->placed, record.solidVoxel = shape.solidVoxel_;
   record.margin = shape.margin_;
   record.scaling = toVec3(shape.scaling_);
   record.fieldScaling = shape.fieldScaling_;
@@ -213,6 +216,7 @@ std::unique_ptr<CloudShape> ShapeRecord::make(std::shared_ptr<const SurfaceField
   shape->margin_ = static_cast<btScalar>(margin);
   shape->fieldScaling_ = fieldScaling;
   shape->setLocalScaling(toBullet(scaling));
+  if (solid) shape->setSolid(*solid, solidVoxel);
   Fidelity fidelity;
   fidelity.tolerance = tolerance;
   fidelity.exact = exact && tolerance == 0;

@@ -41,6 +41,8 @@ struct ShapeRecord {
   bool exact = false;
   bool usesPaper = false;
   PaperSettings paper;
+  std::optional<PlacedSolid> solid;  // CloudShape::setSolid(), with its voxel
+  double solidVoxel = 0;
   double margin = 0, fieldScaling = 1;
   Vec3 scaling = Vec3::Ones();
   std::int32_t userIndex = -1;

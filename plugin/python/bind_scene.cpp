@@ -175,23 +175,26 @@ SceneAxis secondAxis(const py::object& second) {
     return axis;
   }
   AxisWords words;
+  bool points = false;
+  const std::map<std::string, double*> numbers = {{"spring", &words.spring},
+                                                  {"damping", &words.damping},
+                                                  {"rest", &words.rest},
+                                                  {"friction", &words.friction},
+                                                  {"effort", &words.effort}};
   for (const auto& [key, value] : second.cast<py::dict>()) {
     const auto word = key.cast<std::string>();
     const py::object given = py::reinterpret_borrow<py::object>(value);
-    const std::map<std::string, double*> numbers = {{"spring", &words.spring},
-                                                    {"damping", &words.damping},
-                                                    {"rest", &words.rest},
-                                                    {"friction", &words.friction},
-                                                    {"effort", &words.effort}};
     if (word == "axis")
-      axis.axis = vectorOf("second", given);
+      axis.axis = vectorOf("second", given), points = true;
     else if (word == "lower" || word == "upper")
-      (word == "lower" ? words.lower : words.upper) = numberOf(word.c_str(), given);
+      (word == "lower" ? words.lower : words.upper) =
+          given.is_none() ? std::optional<double>() : numberOf(word.c_str(), given);
     else if (const auto at = numbers.find(word); at != numbers.end())
       *at->second = numberOf(word.c_str(), given);
     else
       throw std::invalid_argument("second: has no '" + word + "'");
   }
+  if (!points) throw std::invalid_argument("second: give its 'axis'");
   takeAxis(words, axis);
   return axis;
 }
@@ -227,8 +230,8 @@ void addJoint(SceneDescription& scene, const std::string& kind, const std::strin
       throw std::invalid_argument("joint '" + joint.name + "': " + words + " belong to " + which +
                                   " joints; leave them out");
   };
-  only(lower || upper || spring != 0 || damping != 0 || friction != 0 ||
-           effort<HUGE_VAL, "limits, spring, damping, friction and effort", joint.axes()> 0,
+  const bool drives = spring != 0 || damping != 0 || friction != 0 || !std::isinf(effort);
+  only(lower || upper || drives, "limits, spring, damping, friction and effort", joint.axes() > 0,
        "moving");
   only(pitch != 0, "pitches", joint.kind == SceneJoint::Kind::Screw, "screw");
   only(!second.is_none(), "second axes", joint.axes() == 2, "universal");
@@ -286,9 +289,10 @@ void bindScene(py::module_& module) {
            "Adds a body.\n\n"
            "shape: a file of a mesh, points, a CT volume or a cloud, a Mesh, a Cloud, or a Box,\n"
            "Sphere, Cylinder, Capsule, Cone or HalfSpace. pose: of its frame in the world. mass\n"
-           "[kg]; none: at the density of its tissues, or of water. static: it does not move, and\n"
-           "a Box, Sphere, Cylinder, Capsule or Cone without a tissue meets others as that exact\n"
-           "shape; give a Mesh or Cloud of it for voxels. friction: of a pair the smaller counts.\n"
+           "[kg]; none: at the density of its tissues, or of water. static: it does not move. A\n"
+           "Box, Sphere, Cylinder, Capsule or Cone without a tissue meets its like as that exact\n"
+           "shape, and a static one all others, too; give a Mesh or Cloud of it for voxels. "
+           "friction: of a pair the smaller counts.\n"
            "stiffness [N/m], damping [N s/m]: of its contacts, in series with the other body's;\n"
            "none: as hard as the step allows. restitution: 0 to 1; of a pair the product counts,\n"
            "where one of them states it. velocity: of the frame's origin (3,) [m/s].\n"

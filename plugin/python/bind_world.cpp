@@ -56,10 +56,6 @@ void takeTolerance(CommonOptions& options, const py::object& tolerance) {
   options.tolerance = options.exact ? 0 : tolerance.cast<double>();
 }
 
-// Clouds and fields that no world uses any more, of which the next may be made: a script that makes
-// one world after another, each of other bodies, does not keep them all.
-constexpr std::size_t kUnusedShapes = 8;
-
 // The keyword arguments of World.
 void takeWords(WorldSettings& settings, const py::kwargs& words) {
   CommonOptions& o = settings.common;

@@ -65,19 +65,20 @@ void bindMotor(py::module_& module) {
       "What drives a joint: it pushes by force + stiffness (position - place) + damping\n"
       "(velocity - speed), by `most` at most, and by no more than the joint's effort. So it is a\n"
       "servo, a speed or a force. No gain is too high for a step. An infinite damping moves the\n"
-      "joint at `velocity` as long as `most` is enough. [rad, m], a second; [N m, N].")
+      "joint at `velocity` as long as `most` is enough. [rad, m], a second; [N m, N]. It does\n"
+      "not change: give the joint another one.")
       .def(py::init([](double position, double velocity, double stiffness, double damping,
                        double force, double most) {
              return JointMotor{position, velocity, stiffness, damping, force, most};
            }),
            py::kw_only(), "position"_a = 0.0, "velocity"_a = 0.0, "stiffness"_a = 0.0,
            "damping"_a = 0.0, "force"_a = 0.0, "most"_a = HUGE_VAL)
-      .def_readwrite("position", &JointMotor::position, "Where to [rad, m].")
-      .def_readwrite("velocity", &JointMotor::velocity, "How fast [rad/s, m/s].")
-      .def_readwrite("stiffness", &JointMotor::stiffness, "[N m/rad, N/m]")
-      .def_readwrite("damping", &JointMotor::damping, "[N m s/rad, N s/m]")
-      .def_readwrite("force", &JointMotor::force, "[N m, N]")
-      .def_readwrite("most", &JointMotor::most, "[N m, N]")
+      .def_readonly("position", &JointMotor::position, "Where to [rad, m].")
+      .def_readonly("velocity", &JointMotor::velocity, "How fast [rad/s, m/s].")
+      .def_readonly("stiffness", &JointMotor::stiffness, "[N m/rad, N/m]")
+      .def_readonly("damping", &JointMotor::damping, "[N m s/rad, N s/m]")
+      .def_readonly("force", &JointMotor::force, "[N m, N]")
+      .def_readonly("most", &JointMotor::most, "[N m, N]")
       .def("__repr__", &textOf)
       .def(py::pickle(
           [](const JointMotor& m) {

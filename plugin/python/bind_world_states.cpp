@@ -46,7 +46,8 @@ py::tuple pickled(const WorldSave& save) {
     drives.append(py::make_tuple(drive.pose, drive.time, drive.linear, drive.angular));
   py::list joints;
   for (const JointSave& joint : save.joints)
-    joints.append(py::make_tuple(joint.places, joint.motors));
+    joints.append(py::make_tuple(joint.places, joint.motors, joint.load.force, joint.load.torque,
+                                 joint.load.arm));
   return py::make_tuple(py::bytes(save.bullet.bytes), save.time, save.latestStep, loads, drives,
                         save.volumes, m.pairs, m.contacts, m.deepest,
                         py::make_tuple(e.kinetic, e.potential, e.spring, e.elastic, e.cutAway),
@@ -74,8 +75,9 @@ WorldSave unpickled(const py::tuple& from) {
                         e[3].cast<double>(), e[4].cast<double>()};
   for (const py::handle joint : from[10]) {
     const auto j = joint.cast<py::tuple>();
-    save.joints.push_back(
-        {j[0].cast<std::array<double, 2>>(), j[1].cast<std::array<JointMotor, 2>>()});
+    save.joints.push_back({j[0].cast<std::array<double, 2>>(),
+                           j[1].cast<std::array<JointMotor, 2>>(),
+                           {j[2].cast<Vec3>(), j[3].cast<Vec3>(), j[4].cast<Vec3>()}});
   }
   return save;
 }
@@ -93,8 +95,8 @@ void bindWorldStates(py::module_& module, py::class_<ScriptedWorld, Scripted>& w
   world
       .def("save", &savedOf,
            "The state between two steps, a WorldState: bodies, contacts with their impulses, "
-           "applied\n"
-           "forces and time. Raises ValueError where a body deforms.")
+           "joints\n"
+           "with their motors, applied forces and time. Raises ValueError where a body deforms.")
       .def("restore", &restore, "state"_a,
            "Goes back to a state of this world, or of another one of the same scene. The world "
            "goes\n"

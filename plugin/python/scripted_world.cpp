@@ -11,6 +11,7 @@
 #include "replay/recorder.h"
 #include "replay/replay_file.h"
 #include "scene/scene_clouds.h"
+#include "scene/shape_store.h"
 #include "scene/simulation.h"
 #include "view/live_view.h"
 #include "view/page_server.h"
@@ -98,6 +99,11 @@ struct Farewell {
 };
 
 }  // namespace
+
+ScriptedWorld::~ScriptedWorld() {
+  world.reset();
+  if (settings.store) settings.store->trim(kUnusedShapes);
+}
 
 std::size_t ScriptedWorld::index(const std::string& name) const {
   for (std::size_t i = 0; i < world->bodyCount(); ++i)

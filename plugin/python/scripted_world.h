@@ -11,6 +11,10 @@
 
 namespace cloudcontact::python {
 
+// Clouds and fields that no world uses any more, of which the next may be made: a script that makes
+// one world after another, each of other bodies, does not keep them all.
+constexpr std::size_t kUnusedShapes = 8;
+
 struct ScriptedWorld {
   program::SceneDescription scene;
   program::WorldSettings settings;
@@ -18,6 +22,8 @@ struct ScriptedWorld {
   double time = 0;            // [s]
   std::atomic<int> stops{0};  // how often a run was asked to end
 
+  ScriptedWorld() = default;
+  ~ScriptedWorld();  // and trims the store
   // Throws std::out_of_range where there is no such body.
   std::size_t index(const std::string& name) const;
 };

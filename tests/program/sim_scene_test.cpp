@@ -195,6 +195,16 @@ TEST_F(SceneTest, ReadsVisualsOfLinksWithoutCollisions) {
   EXPECT_EQ(scene.bodies[0].visuals[0].pose.position, Vec3(1, 0, 3));
   EXPECT_TRUE(scene.bodies[0].collisions.empty());
   EXPECT_TRUE(scene.bodies[1].visuals.empty());
+  // One that cannot be read is not drawn.
+  const std::string strange =
+                        "<visual name=\"v\"><geometry><ellipsoid><radii>1 2 3</radii>"
+                        "</ellipsoid></geometry></visual>",
+                    lost =
+                        "<visual name=\"w\"><geometry><mesh><uri>lost.obj</uri></mesh></geometry>"
+                        "</visual>";
+  const auto odd = load(world("<model name=\"m\"><static>true</static><link name=\"l\">" + strange +
+                              lost + seen + "</link></model>" + ball()));
+  EXPECT_EQ(odd.bodies[0].visuals.size(), 1u);
 }
 
 // Must be read as six numbers: libsdformat reads a pose, which would wrap 10 rad/s.

@@ -107,6 +107,7 @@ def test_joints_have_names():
         ({"kind": "revolute", "pitch": 1.0}, "screw"),
         ({"kind": "universal"}, "second"),
         ({"kind": "universal", "second": (0, 1, 1)}, "across"),
+        ({"kind": "universal", "second": {"lower": None}}, "axis"),
         ({"kind": "universal", "second": {"axis": (1, 0, 0), "speed": 1}}, "speed"),
         ({"kind": "revolute", "second": (1, 0, 0)}, "universal"),
         ({"kind": "ball", "lower": 0.0}, "moving"),
@@ -125,6 +126,14 @@ def test_bad_motors_are_refused():
             joint.motor = bad
 
 
+def test_a_motor_does_not_change_and_is_given_again():
+    joint = world_of(hung()).joint("pivot")
+    with pytest.raises(AttributeError):
+        setattr(joint.motor, "position", 0.5)
+    joint.motor = cc.Motor(position=0.5, stiffness=1)
+    assert joint.motor.position == 0.5
+
+
 def test_states_keep_turns_and_motors():
     world = world_of(hung(kind="screw", pitch=0.3))
     joint = world.joint("pivot")
@@ -139,6 +148,9 @@ def test_states_keep_turns_and_motors():
     world.run(0.2, progress=False)
     assert (world.hash, joint.position) == (went, place)
     other = copy.copy(world)
+    assert np.linalg.norm(joint.force) > 1
+    assert (joint.force == other.joint("pivot").force).all()
+    assert (joint.torque == other.joint("pivot").torque).all()
     assert other.joint("pivot").position == place and other.joint("pivot").motor.velocity == 30
     motor = pickle.loads(pickle.dumps(other.joint("pivot").motor))
     assert repr(motor) == repr(joint.motor)

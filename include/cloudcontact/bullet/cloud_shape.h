@@ -103,8 +103,8 @@ class CloudShape : public btConcaveShape {
   // where making them takes 40.
   void inherit(const CloudShape& whole);
 
-  // Another one after setField(), setTissues(), usePaper() and inherit(); equal for copies.
-  // Contacts that were found before are void then.
+  // Another one after setField(), setSolid(), setTissues(), usePaper() and inherit(); equal for
+  // copies. Contacts that were found before are void then.
   std::shared_ptr<const void> life() const { return life_; }
 
   void getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aabbMax) const override;

@@ -536,12 +536,12 @@ class WorldBody:
     def cut(self, voxels: npt.ArrayLike, coverage: Optional[npt.ArrayLike] = None) -> None: ...
 
 class Motor:
-    position: float
-    velocity: float
-    stiffness: float
-    damping: float
-    force: float
-    most: float
+    position: Final[float]
+    velocity: Final[float]
+    stiffness: Final[float]
+    damping: Final[float]
+    force: Final[float]
+    most: Final[float]
     def __init__(
         self,
         *,

@@ -154,14 +154,14 @@ def serve() -> None:
             task = receive(requests)
         except EOFError:
             return
-        if not warm:
-            warm = True
-            quietly(prepare, task)
-            gc.freeze()  # or each child's collector copies the pages of all that is there
         reply = fork_trial(task, requests, replies)
         if reply is None:
             return
         send(replies, reply)
+        if not warm and reply.status == "done":  # in a process of its own nothing went wrong
+            warm = True
+            quietly(prepare, task)
+            gc.freeze()  # or each child's collector copies the pages of all that is there
 
 
 class Starter:

@@ -119,12 +119,16 @@ def measured(task: Task) -> dict[str, Any]:
 
 
 def prepare(task: Task) -> None:
-    """Makes the world of a trial, so that processes forked from this one have its shapes. Never raises."""
+    """Makes the world of a trial, so that processes forked from this one have its shapes. Never raises.
+
+    On the CPU: drivers of devices do not survive a fork.
+    """
     work, values = task.work, task.parameters
     if work.scene is None:
         return
     with contextlib.suppress(Exception):
-        world_of(work.scene.load(values, task.seed), settings_of(values, work.scene.template.names))
+        settings = {**settings_of(values, work.scene.template.names), "backend": "cpu"}
+        world_of(work.scene.load(values, task.seed), settings)
 
 
 def made_scene(task: Task) -> _core.Scene:
