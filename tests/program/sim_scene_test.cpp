@@ -197,7 +197,7 @@ TEST_F(SceneTest, ReadsVisualsOfLinksWithoutCollisions) {
   EXPECT_TRUE(scene.bodies[1].visuals.empty());
   // One that cannot be read is not drawn.
   const std::string strange =
-                        "<visual name=\"v\"><geometry><ellipsoid><radii>1 2 3</radii>"
+                        "<visual name=\"u\"><geometry><ellipsoid><radii>1 2 3</radii>"
                         "</ellipsoid></geometry></visual>",
                     lost =
                         "<visual name=\"w\"><geometry><mesh><uri>lost.obj</uri></mesh></geometry>"
