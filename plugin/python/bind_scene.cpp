@@ -294,7 +294,7 @@ void bindScene(py::module_& module) {
            "shape, and a static one all others, too; give a Mesh or Cloud of it for voxels.\n"
            "friction: of a pair the smaller counts. stiffness [N/m], damping [N s/m]: of its\n"
            "contacts, in series with the other body's; none: as hard as the step allows.\n"
-           "restitution: 0 to 1; of a pair the product counts, where one of them states it. "
+           "restitution: 0 to 1; of a pair the product counts, where one of them states it.\n"
            "velocity: of the frame's origin (3,) [m/s].\n"
            "angular_velocity (3,) [rad/s]. unit: of a mesh, meters or \"mm\" .... tissue: a name\n"
            "in World's table, or a dict of names by the mesh's parts. cuttable: tools cut it.\n"
