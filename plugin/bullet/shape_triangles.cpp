@@ -85,8 +85,14 @@ Eigen::AlignedBox3d boxAround(const Eigen::AlignedBox3d& bounds, const Pose& toS
   return {Vec3(center - reached), Vec3(center + reached)};
 }
 
-bool same(const Pose& x, const Pose& y) {
-  return x.position == y.position && x.orientation.coeffs() == y.orientation.coeffs();
+// How far a place in the bounds is from where it was, at most.
+double farthestMove(const Eigen::AlignedBox3d& bounds, const Pose& now, const Pose& before) {
+  double most = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 corner = bounds.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i));
+    most = std::max(most, (now.toWorld(corner) - before.toWorld(corner)).norm());
+  }
+  return most;
 }
 
 }  // namespace
@@ -132,16 +138,21 @@ const Solid* ShapeTriangles::of(const btCollisionShape& shape, const Pose& pose,
   }
   const bool changed = !surface_ || read_ != joined_ || !box.isApprox(box_, 0);
   if (changed) {
+    std::swap(surface_, before_);
     if (!surface_) surface_ = std::make_shared<TriangleSurface>();
     solid_ = SurfaceSolid{surface_};
     surface_->build(read_, box);
+    if (before_) surface_->keepRooms(*before_);
     joined_ = read_;
     box_ = box;
     ++changes_;
   }
   if (surface_->empty()) return nullptr;
-  if (changed || !same(toShape, toShape_)) chooseSides(toShape, *cloud.field);
-  toShape_ = toShape;
+  if (changed ||
+      farthestMove(cloud.field->bounds(), toShape, chosenAt_) >= surface_->turnsAfter()) {
+    chooseSides(toShape, *cloud.field);
+    chosenAt_ = toShape;
+  }
   return &solid_;
 }
 

@@ -32,12 +32,12 @@ class ShapeTriangles {
  private:
   void chooseSides(const Pose& toShape, const SurfaceField& field);
 
-  std::shared_ptr<TriangleSurface> surface_;
+  std::shared_ptr<TriangleSurface> surface_, before_;
   Solid solid_;
   std::vector<double> read_, joined_;  // corners; those that surface_ was made of
   std::vector<Vec3> points_;
   Eigen::AlignedBox3d box_;
-  Pose toShape_;
+  Pose chosenAt_;
   int changes_ = 0;
 };
 

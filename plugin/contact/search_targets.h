@@ -111,29 +111,28 @@ struct ShapeTarget {
   const Pose& toShape;  // from the samples' grid, meters
   const SampleColumns& samples;
   const TriangleSurface* surface = surfaceOf(shape);  // null: none
+  // Of a place in the grid [voxels].
+  const Eigen::Matrix3d turn =
+      dir.body.cloud().voxelSize() * toShape.orientation.toRotationMatrix();
   const std::optional<CcShape> plain = plainShape(shape, toShape, dir.body.cloud().voxelSize());
   const CcVoxel record = ccShapeRecord(std::holds_alternative<HalfSpace>(shape));
 
   const FieldData* field() const { return nullptr; }
 
-  Vec3 inShape(const V3& grid) const {
-    return toShape.toWorld(dir.body.cloud().voxelSize() * grid.cast<double>());
-  }
-  // At a place of sample k. `hint`: of the last place, for triangles; 0 at first.
-  std::pair<float, V3> lookUp(const V3& grid, const SampleColumns& of, std::uint32_t k,
-                              std::uint32_t& hint) const {
+  Vec3 inShape(const V3& grid) const { return turn * grid.cast<double>() + toShape.position; }
+  // At a place of sample k.
+  std::pair<float, V3> lookUp(const V3& grid, const SampleColumns& of, std::uint32_t k) const {
     if (plain) {
       const CcDepth d = ccShapeDepth(&*plain, grid.data());
       return {d.depth, V3(d.normal[0], d.normal[1], d.normal[2])};
     }
-    const SolidPoint p = surface ? onSurface(grid, of, k, hint) : solidAt(shape, inShape(grid));
+    const SolidPoint p = surface ? onSurface(grid, of, k) : solidAt(shape, inShape(grid));
     return {static_cast<float>(p.depth), p.normal.cast<float>()};
   }
 
   // Near a border the parts of the cloud may be on different sides of a sheet.
-  SolidPoint onSurface(const V3& grid, const SampleColumns& of, std::uint32_t k,
-                       std::uint32_t& hint) const {
-    const TriangleSurface::Point p = surface->at(inShape(grid), hint);
+  SolidPoint onSurface(const V3& grid, const SampleColumns& of, std::uint32_t k) const {
+    const TriangleSurface::Point p = surface->at(inShape(grid));
     const double height = -p.depth / dir.body.cloud().voxelSize();
     if (!surface->hasBorders() || p.border || height > kInFront) return p;
     const SurfaceSample s = of[k];
@@ -142,7 +141,7 @@ struct ShapeTarget {
                                  toShape.orientation.conjugate() * p.normal, height);
     SolidPoint turned = p;
     if (side < 0) turned = {-p.depth, -p.normal};
-    if (turned.depth > 0 && isPastBorder(turned, grid, outward, hint))
+    if (turned.depth > 0 && isPastBorder(turned, grid, outward))
       return {-turned.depth, -turned.normal};
     return turned;
   }
@@ -151,9 +150,8 @@ struct ShapeTarget {
   // the sheet ends a voxel inside the sample; where the way out past the border is shorter than
   // through the sheet, unless they meet face to face and the border is too deep to push; and on the
   // cloud's sides, which do not face the sheet, if the border is in the cloud.
-  bool isPastBorder(const SolidPoint& behind, const V3& grid, const V3& outward,
-                    std::uint32_t& hint) const {
-    if (surface->at(inShape(grid - outward), hint).border) return true;
+  bool isPastBorder(const SolidPoint& behind, const V3& grid, const V3& outward) const {
+    if (surface->at(inShape(grid - outward)).border) return true;
     const Vec3 foot = inShape(grid) + behind.depth * behind.normal;
     const Vec3 border = surface->borderNearest(foot);
     if (!border.allFinite()) return false;
@@ -180,7 +178,6 @@ struct ShapeTarget {
   void nearBricks(float aside, std::vector<std::uint32_t>& near) const {
     near.clear();
     const SampleBricks& bricks = dir.samples.bricks;
-    std::uint32_t hint = 0;
     // What is as far from the last place asked as that is from the shape, and more, is not near.
     const bool distance = surface ? !surface->hasBorders() : isDistance(shape);
     BeyondBounds beyond(distance ? surface : nullptr);
@@ -193,9 +190,19 @@ struct ShapeTarget {
       const double left = kSurelyAway * away - reach;
       if (distance && left > 0 && (x - last).squaredNorm() < left * left) continue;
       if (beyond.isOutside(x, reach)) continue;
-      const double depth = plain     ? ccPointInShape(&*plain, middle.data()).depth
-                           : surface ? surface->at(x, hint).depth
-                                     : solidAt(shape, x).depth;
+      if (surface) {
+        const double more = surface->beyond(x, reach);
+        if (more == 0) {
+          near.push_back(static_cast<std::uint32_t>(i));
+          continue;
+        }
+        last = x;
+        away = more + reach;
+        beyond.add(x);
+        continue;
+      }
+      const double depth =
+          plain ? ccPointInShape(&*plain, middle.data()).depth : solidAt(shape, x).depth;
       last = x;
       away = -depth;
       if (depth < 0) beyond.add(x);
@@ -220,17 +227,33 @@ struct ShapeTarget {
       measureHalfSpace(lanes);
       return 0;
     }
+    if (surface && !surface->hasBorders())
+      measureTriangles(lanes);
+    else
+      for (int i = 0; i < lanes.count; ++i) {
+        const std::uint32_t k = lanes.sample[i];
+        set(lanes, i, lookUp({samples.x[k], samples.y[k], samples.z[k]}, samples, k));
+      }
+    if (dir.level > 0 || (surface && !surface->hasJumps())) return 0;
     int divided = 0;
-    std::uint32_t hint = 0;
     for (int i = 0; i < lanes.count; ++i) {
-      const std::uint32_t k = lanes.sample[i];
-      const std::pair<float, V3> there =
-          lookUp({samples.x[k], samples.y[k], samples.z[k]}, samples, k, hint);
-      set(lanes, i, there);
       lanes.several[divided] = i;
-      divided += edgeWithin(k, there.first, there.second, hint);
+      divided += edgeWithin(lanes, i);
     }
     return divided;
+  }
+
+  // In steps that do not wait for each other.
+  void measureTriangles(Lanes& lanes) const {
+    Vec3 places[kLanes];
+    TriangleSurface::Point found[kLanes];
+    for (int i = 0; i < lanes.count; ++i) {
+      const std::uint32_t k = lanes.sample[i];
+      places[i] = inShape({samples.x[k], samples.y[k], samples.z[k]});
+    }
+    for (int i = 0; i < lanes.count; ++i) found[i] = surface->at(places[i]);
+    for (int i = 0; i < lanes.count; ++i)
+      set(lanes, i, {static_cast<float>(found[i].depth), found[i].normal.cast<float>()});
   }
 
   void measureHalfSpace(Lanes& lanes) const {
@@ -245,28 +268,28 @@ struct ShapeTarget {
     }
   }
 
-  // Whether the shape has an edge within a wide sample; on the finest level only.
-  bool edgeWithin(std::uint32_t k, float depth, const V3& normal, std::uint32_t& hint) const {
-    if (dir.level > 0 || (surface && !surface->hasJumps())) return false;
+  // Whether the shape has an edge within a wide sample of the finest level.
+  bool edgeWithin(const Lanes& lanes, int i) const {
+    const std::uint32_t k = lanes.sample[i];
     const SurfaceSample s = samples[k];
-    const float half = ccHalfOverEdge(s.width, depth, dir.voxel);
+    const float half = ccHalfOverEdge(s.width, lanes.depth[i], dir.voxel);
     if (!(half > 0)) return false;
+    const float normal[3] = {lanes.nx[i], lanes.ny[i], lanes.nz[i]};
     float t1[3], t2[3];
     ccTangents(s.normal, t1, t2);
     for (int side = 0; side < 4; ++side) {
       V3 at;
       ccBesideSample(s.position, half, side, t1, t2, at.data());
-      const V3 beside = lookUp(at, samples, k, hint).second;
-      if (ccDot(beside.data(), normal.data()) < CC_ONE_FACE) return true;
+      const V3 beside = lookUp(at, samples, k).second;
+      if (ccDot(beside.data(), normal) < CC_ONE_FACE) return true;
     }
     return false;
   }
 
   void measureParts(Lanes& parts, const SampleColumns& of) const {
-    std::uint32_t hint = 0;
     for (int i = 0; i < parts.count; ++i) {
       const std::uint32_t k = parts.sample[i];
-      set(parts, i, lookUp({of.x[k], of.y[k], of.z[k]}, of, k, hint));
+      set(parts, i, lookUp({of.x[k], of.y[k], of.z[k]}, of, k));
     }
   }
 

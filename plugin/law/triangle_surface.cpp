@@ -36,30 +36,53 @@ bool crosses(const Vec3& a, const Vec3& b, const Eigen::AlignedBox3d& box) {
 
 }  // namespace
 
+std::size_t TriangleSurface::slotOf(const Vec3& x) const {
+  std::uint64_t key = 0;
+  for (int i = 0; i < 3; ++i) key = mixed(key ^ std::bit_cast<std::uint64_t>(x[i]));
+  std::size_t at = key & (table_.size() - 1);
+  while (table_[at] != kNone && corners_[table_[at]] != x) at = (at + 1) & (table_.size() - 1);
+  return at;
+}
+
+std::size_t TriangleSurface::slotOf(std::uint32_t low, std::uint32_t high) const {
+  std::size_t at = mixed(std::uint64_t{low} << 32 | high) & (edgeTable_.size() - 1);
+  for (; edgeTable_[at] != kNone; at = (at + 1) & (edgeTable_.size() - 1)) {
+    const Edge& edge = edges_[edgeTable_[at]];
+    if (edge.from == low && edge.to == high) break;
+  }
+  return at;
+}
+
 std::uint32_t TriangleSurface::cornerAt(const Vec3& x) {
   const Vec3 plus = x + Vec3::Zero();  // -0 becomes 0
-  std::uint64_t key = 0;
-  for (int i = 0; i < 3; ++i) key = mixed(key ^ std::bit_cast<std::uint64_t>(plus[i]));
-  std::size_t at = key & (table_.size() - 1);
-  for (; table_[at] != kNone; at = (at + 1) & (table_.size() - 1))
-    if (corners_[table_[at]] == plus) return table_[at];
-  table_[at] = static_cast<std::uint32_t>(corners_.size());
+  std::uint32_t& corner = table_[slotOf(plus)];
+  if (corner != kNone) return corner;
+  corner = static_cast<std::uint32_t>(corners_.size());
   corners_.push_back(plus);
-  return table_[at];
+  return corner;
 }
 
 std::uint32_t TriangleSurface::edgeOf(std::uint32_t from, std::uint32_t to) {
   const auto [low, high] = std::minmax(from, to);
-  std::size_t at = mixed(std::uint64_t{low} << 32 | high) & (edgeTable_.size() - 1);
-  for (; edgeTable_[at] != kNone; at = (at + 1) & (edgeTable_.size() - 1)) {
-    const Edge& edge = edges_[edgeTable_[at]];
-    if (edge.from == low && edge.to == high) return edgeTable_[at];
-  }
-  edgeTable_[at] = static_cast<std::uint32_t>(edges_.size());
+  std::uint32_t& found = edgeTable_[slotOf(low, high)];
+  if (found != kNone) return found;
+  found = static_cast<std::uint32_t>(edges_.size());
   Edge& edge = edges_.emplace_back();
   edge.from = low;
   edge.to = high;
-  return edgeTable_[at];
+  return found;
+}
+
+std::uint32_t TriangleSurface::faceLike(const Triangle& triangle) const {
+  const std::uint32_t a = table_[slotOf(triangle.a)], b = table_[slotOf(triangle.b)];
+  if (a == kNone || b == kNone) return kNone;
+  const std::uint32_t found = edgeTable_[slotOf(std::min(a, b), std::max(a, b))];
+  if (found == kNone) return kNone;
+  for (const std::uint32_t face : edges_[found].face)
+    if (face != kNone)
+      for (const std::uint32_t corner : faces_[face].corner)
+        if (corners_[corner] == triangle.c) return face;
+  return kNone;
 }
 
 void TriangleSurface::addFace(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -101,6 +124,7 @@ void TriangleSurface::build(std::span<const double> corners, const Eigen::Aligne
   joinSheets();
   splitCorners();
   addNormals();
+  within_ = within;
   bounds_.setEmpty();
   for (const Face& face : faces_)
     for (const std::uint32_t corner : face.corner) bounds_.extend(corners_[corner]);
@@ -116,6 +140,7 @@ void TriangleSurface::build(std::span<const double> corners, const Eigen::Aligne
   }
   buildTree();
   addPrisms();
+  addCells();
 }
 
 // Spreads over the edges of two faces, and winds each face as the one that it was reached from.
@@ -296,14 +321,6 @@ TriangleSurface::Point TriangleSurface::signedBy(const Nearest& near, const Vec3
   return {{inside ? distance : -distance, (inside ? -1 : 1) / distance * out}, border};
 }
 
-TriangleSurface::Point TriangleSurface::at(const Vec3& x, std::uint32_t& hint) const {
-  Nearest near;
-  near.face = sureFace(x, hint);
-  if (near.face == kNone) near = nearest(x, hint);
-  hint = near.face;
-  return signedBy(near, x);
-}
-
 // The distance [m] of a point in front of the sheet as it is wound, negative behind; less where the
 // nearest point is on a border.
 double TriangleSurface::voteOf(const Nearest& near, const Vec3& x) const {
@@ -318,11 +335,18 @@ bool TriangleSurface::turnTo(std::span<const Vec3> points) {
   if (empty()) return false;
   votes_.assign(sides_.size(), 0);
   std::uint32_t hint = 0;
+  bool past = false;
   for (const Vec3& x : points) {
     const Nearest near = nearest(x, hint);
     hint = near.face;
     votes_[faces_[near.face].sheet] += voteOf(near, x);
+    past |= near.feature > 0 && rimOf(near).border;
   }
+  // No distance to one sheet changes by more than its point moves, but past a border its sign may.
+  turnsAfter_ =
+      votes_.size() > 1 || past
+          ? 0
+          : std::abs(votes_[0]) / static_cast<double>(std::max<std::size_t>(points.size(), 1));
   // Sheets that are nearest to no point: by some of the points.
   const std::size_t few = std::min(kFewPoints, points.size());
   for (std::uint32_t sheet = 0; sheet < sides_.size(); ++sheet) {

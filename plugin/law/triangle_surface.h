@@ -10,7 +10,9 @@
 
 #include <cloudcontact/law/solid_point.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -27,9 +29,13 @@ class TriangleSurface {
   // Nine coordinates a triangle [m]. Flat triangles and second copies are dropped. `within`: bounds
   // of what is asked; beyond them the surface may go on.
   void build(std::span<const double> corners, const Eigen::AlignedBox3d& within);
+  // Takes over what another found out about faces that both have, before anyone asks.
+  void keepRooms(const TriangleSurface& before);
   // Turns each sheet so that the points nearest to it are outside, in the mean of their distances.
   // Returns whether a sheet was turned.
   bool turnTo(std::span<const Vec3> points);
+  // How far the points may move without turning a sheet [m], if the surface does not change.
+  double turnsAfter() const { return turnsAfter_; }
 
   bool empty() const { return faces_.empty(); }
   std::size_t size() const { return faces_.size(); }
@@ -38,13 +44,10 @@ class TriangleSurface {
   bool hasJumps() const { return hasJumps_; }
   bool hasBorders() const { return hasBorders_; }
 
-  // The surface's nearest point. `hint`: a triangle that may be near, as the last point's; the
-  // result does not depend on it. Not of an empty surface.
-  Point at(const Vec3& x, std::uint32_t& hint) const;
-  Point at(const Vec3& x) const {
-    std::uint32_t hint = 0;
-    return at(x, hint);
-  }
+  // The surface's nearest point; not of an empty surface. Threads may ask at once.
+  Point at(const Vec3& x) const;
+  // How much farther than `reach` a place is outside [m]; 0 where it is not, or is inside.
+  double beyond(const Vec3& x, double reach) const;
   // Edges that stick out of the matter, and borders.
   void visitEdges(const std::function<void(const Vec3&, const Vec3&)>& visit) const;
   // Edges of one face, within the bounds of what is asked.
@@ -72,6 +75,15 @@ class TriangleSurface {
   struct Triangle {
     Vec3 a, b, c, normal, middle;
     std::uint32_t face;
+    Eigen::AlignedBox3d box() const {
+      Eigen::AlignedBox3d box(a);
+      return box.extend(b).extend(c);
+    }
+    double longest() const {
+      return std::sqrt(
+          std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+    }
+    Eigen::AlignedBox3d around() const;
   };
   struct Node {
     Eigen::AlignedBox3d box;
@@ -79,20 +91,24 @@ class TriangleSurface {
     double squareTo(const Vec3& x) const;
   };
   // The prism over a face: its inner sides, and where in it no other face can be nearer than the
-  // face. Of each pair the first is over the face, where its normal points, the second under it.
-  // (face_prisms.cpp)
-  enum class Known : std::uint8_t { Not, Soon, Yes };
-  struct Prism {
-    std::array<Vec3, 3> inward;  // unit, in the face's plane
-    std::array<double, 3> from;  // inward.dot(x) on the edge
-    // How far from the sides, as shares of the height over the face: the tangent of half the angle
-    // by which what lies beyond a side rises; then, for the sum of the two sides that meet in a
-    // corner, the same of what lies beyond that corner.
-    std::array<std::array<double, 6>, 2> share{};
-    std::array<double, 2> room{};  // the most height [m]
-    Known known = Known::Not;      // shares and rooms are; shared by threads, so atomic
-    bool holds(double over, const double (&aside)[3]) const;
+  // face (face_prisms.cpp). Places are relative to `origin_`. Rows of four are read at once: of
+  // three sides and of the face.
+  struct alignas(64) Prism {
+    using Row = Eigen::Array4f;
+    Row x, y, z, from;  // unit vectors inward, last the normal; the place minus `from` is ahead
+    // How far from the sides, as shares of the height over the face, or under it: the tangent of
+    // half the angle by which what lies beyond a side rises; last a length [m] in addition.
+    Row side[2];
+    // The same for the sum of the two sides that meet in a corner; last the most height [m].
+    Row corner[2];
+
+    Row ahead(const Eigen::Vector3f& place) const {
+      return x * place.x() + y * place.y() + z * place.z() - from;
+    }
+    bool holds(const Eigen::Vector3f& place) const;
   };
+  // What is being measured is known to the thread that does so.
+  enum class Known : std::uint8_t { Not, Soon, Yes };
   struct Nearest {
     Vec3 foot = Vec3::Zero();
     double square = 0;
@@ -106,6 +122,11 @@ class TriangleSurface {
     bool border;
   };
 
+  // Where a corner or an edge is in its table, or would be.
+  std::size_t slotOf(const Vec3& x) const;
+  std::size_t slotOf(std::uint32_t low, std::uint32_t high) const;
+  // The face with the same corners, wound either way, or none.
+  std::uint32_t faceLike(const Triangle& triangle) const;
   std::uint32_t cornerAt(const Vec3& x);
   std::uint32_t edgeOf(std::uint32_t from, std::uint32_t to);
   void addFace(const Vec3& a, const Vec3& b, const Vec3& c);
@@ -113,13 +134,19 @@ class TriangleSurface {
   void splitCorners();
   void addNormals();
   void buildTree();
+  struct Room;
   void addPrisms();
-  void visitAround(std::uint32_t face, double reach,
-                   const std::function<void(const Triangle&)>& visit) const;
-  static void narrow(const Triangle& other, const Triangle& own, double tolerance, Prism& prism);
-  Prism measured(std::uint32_t face) const;
-  Prism measuredNow(std::uint32_t face) const;
-  std::uint32_t sureFace(const Vec3& x, std::uint32_t hint) const;
+  void addCells();
+  void spreadCells();
+  std::size_t cellOf(const Eigen::Vector3f& place) const;
+  // Other triangles whose boxes meet the face's surroundings.
+  void visitAround(std::uint32_t face, const std::function<void(const Triangle&)>& visit) const;
+  double roundingOf(const Triangle& face) const;
+  bool agreesWith(const TriangleSurface& other) const;
+  void measure(std::uint32_t face, Prism& prism) const;
+  bool isMeasured(std::uint32_t face) const;
+  bool holdsNow(std::uint32_t face, const Eigen::Vector3f& place) const;
+  bool sureFace(const Eigen::Vector3f& place, std::uint32_t& face) const;
   void divide(std::uint32_t node);
   static Nearest onTriangle(const Triangle& triangle, const Vec3& x);
   Nearest nearest(const Vec3& x, std::uint32_t hint) const;
@@ -137,9 +164,16 @@ class TriangleSurface {
       copy_;  // place_: of faces in triangles_
   std::vector<Triangle> triangles_;
   std::vector<Node> nodes_;
+  Vec3 origin_ = Vec3::Zero();         // of places in prisms and cells
   mutable std::vector<Prism> prisms_;  // of faces; they are measured when first asked for
-  Eigen::AlignedBox3d bounds_;
+  mutable std::vector<Known> known_;   // of prisms; shared by threads, so atomic, as are cells
+  // The face that was last found from a cell of the bounds: where the next search begins.
+  mutable std::vector<std::uint32_t> lastFrom_;
+  Eigen::Array3f cellsPerMeter_ = Eigen::Array3f::Zero();
+  Eigen::Array3i cells_ = Eigen::Array3i::Ones();
+  Eigen::AlignedBox3d bounds_, within_;
   bool hasJumps_ = false, hasBorders_ = false;
+  double turnsAfter_ = 0;
 };
 
 }  // namespace cloudcontact

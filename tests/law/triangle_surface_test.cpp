@@ -100,7 +100,8 @@ TEST(TriangleSurface, DistanceIsTheLeast) {
   }
 }
 
-TEST(TriangleSurface, AHintDoesNotShow) {
+// A search begins where the last one nearby has ended.
+TEST(TriangleSurface, WhatWasAskedBeforeDoesNotShow) {
   const TriangleSurface surface = surfaceOf(test::sheetMesh(1, 8));
   Random random(3);
   for (int i = 0; i < 500; ++i) {
@@ -108,9 +109,9 @@ TEST(TriangleSurface, AHintDoesNotShow) {
     Vec3 x = random.inCube();
     if (i % 2) x.head<2>() = (8 * x.head<2>()).array().round() / 8;
     const SolidPoint plain = surface.at(x);
-    for (std::uint32_t first = 0; first < surface.size(); first += 7) {
-      std::uint32_t hint = first;
-      const SolidPoint p = surface.at(x, hint);
+    for (int before = 0; before < 8; ++before) {
+      surface.at(Vec3(x + 0.2 * random.inCube() - Vec3::Constant(0.1)));
+      const SolidPoint p = surface.at(x);
       EXPECT_EQ(p.depth, plain.depth);
       EXPECT_EQ(p.normal, plain.normal);
     }
@@ -146,10 +147,15 @@ TEST(TriangleSurface, ASureFaceIsTheNearest) {
       Vec3 x = random.inCube();
       x.z() = (i % 2 ? 0.5 : 0.05) * (2 * x.z() - 1);
       const double nearest = distanceTo(mesh, x);
-      for (std::uint32_t first = 0; first < surface.size(); first += 3) {
-        std::uint32_t hint = first;
-        const double depth = surface.at(x, hint).depth;
-        EXPECT_NEAR(std::abs(depth), nearest, 1e-12) << x.transpose() << " from " << first;
+      for (int before = 0; before < 8; ++before) {
+        const Vec3 from = before % 2 ? random.inCube() : Vec3(x + 0.1 * random.inCube());
+        surface.at(from);
+        const double depth = surface.at(x).depth;
+        EXPECT_NEAR(std::abs(depth), nearest, 1e-12) << x.transpose() << " from " << from;
+      }
+      for (const double reach : {0.01, 0.1, 0.3}) {
+        const double beyond = surface.beyond(x, reach), depth = surface.at(x).depth;
+        EXPECT_NEAR(beyond, std::max(0.0, -depth - reach), 1e-12) << x.transpose();
       }
     }
   }
@@ -162,9 +168,8 @@ TEST(TriangleSurface, ThreadsFindTheSame) {
   const auto depths = [](const TriangleSurface& surface) {
     Random random(8);
     std::vector<double> all;
-    std::uint32_t hint = 0;
     for (int i = 0; i < 2000; ++i)
-      all.push_back(surface.at(Vec3(random.inCube().cwiseProduct(Vec3(1, 1, 0.1))), hint).depth);
+      all.push_back(surface.at(Vec3(random.inCube().cwiseProduct(Vec3(1, 1, 0.1)))).depth);
     return all;
   };
   const std::vector<double> expected = depths(alone);
@@ -173,6 +178,45 @@ TEST(TriangleSurface, ThreadsFindTheSame) {
   for (std::vector<double>& f : found) threads.emplace_back([&] { f = depths(shared); });
   for (std::thread& thread : threads) thread.join();
   for (const std::vector<double>& f : found) EXPECT_EQ(f, expected);
+}
+
+// The part of a mesh in a box that moves on, as Bullet's callback gives it.
+TriangleSurface partOf(const Mesh& mesh, const Eigen::AlignedBox3d& box) {
+  Mesh part = mesh;
+  std::erase_if(part.triangles, [&](const auto& t) {
+    Eigen::AlignedBox3d own;
+    for (const auto corner : t) own.extend(mesh.vertices[std::size_t(corner)]);
+    return !own.intersects(box);
+  });
+  TriangleSurface surface;
+  surface.build(cornersOf(part), box);
+  return surface;
+}
+
+void expectSame(const TriangleSurface& found, const TriangleSurface& expected,
+                const Eigen::AlignedBox3d& box) {
+  Random random(9);
+  for (int i = 0; i < 3000; ++i) {
+    const Vec3 x = box.min() + random.inCube().cwiseProduct(box.sizes());
+    EXPECT_EQ(found.at(x).depth, expected.at(x).depth) << x.transpose();
+  }
+}
+
+TEST(TriangleSurface, WhatIsKeptOfThePartBeforeIsStillTrue) {
+  Mesh mesh = bumpySheet(0.05);
+  const Eigen::AlignedBox3d first(Vec3(0, 0, -0.3), Vec3(0.6, 0.6, 0.3)),
+      next(Vec3(0.3, 0.2, -0.3), Vec3(0.9, 0.8, 0.3));
+  const TriangleSurface before = partOf(mesh, first);
+  expectSame(before, partOf(mesh, first), first);  // measures its prisms
+  TriangleSurface after = partOf(mesh, next);
+  after.keepRooms(before);
+  expectSame(after, partOf(mesh, next), next);
+  // A spike beside faces that stay as they are.
+  for (Vec3& v : mesh.vertices)
+    if (std::hypot(v.x() - 0.5, v.y() - 0.5) < 0.01) v.z() += 0.25;
+  TriangleSurface changed = partOf(mesh, next);
+  changed.keepRooms(before);
+  expectSame(changed, partOf(mesh, next), next);
 }
 
 TEST(TriangleSurface, WindingDoesNotMatter) {
