@@ -5,13 +5,13 @@
 
 #include <algorithm>
 #include <span>
-#include <sstream>
 #include <vector>
 
 #include "io/errors.h"
 #include "io/options.h"
 #include "io/solid_text.h"
 #include "io/text.h"
+#include "scene/scene_text.h"
 
 namespace cloudcontact::program {
 namespace {
@@ -146,16 +146,8 @@ SceneSoft softOf(const std::string& where, const sdf::ElementPtr& element) {
   if (!element->HasAttribute("spacing"))
     throw BadInput(spacing + ": is missing; give the way between nodes [m], some voxels");
   out.spacing = readPositive(spacing, element->GetAttribute("spacing")->GetAsString());
-  if (!element->HasAttribute("held")) return out;
-  const std::vector<std::string> sides = {"-x", "+x", "-y", "+y", "-z", "+z"};
-  std::istringstream list(element->GetAttribute("held")->GetAsString());
-  for (std::string side; list >> side;) {
-    const auto known = std::find(sides.begin(), sides.end(), side);
-    if (known == sides.end())
-      throw BadInput(where + " attribute held: " + printable(side) + " is no side; give some of " +
-                     listOf(sides));
-    out.held[static_cast<std::size_t>(known - sides.begin())] = true;
-  }
+  if (element->HasAttribute("held"))
+    out.held = sidesOf(where + " attribute held", element->GetAttribute("held")->GetAsString());
   return out;
 }
 

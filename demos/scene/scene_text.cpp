@@ -1,11 +1,15 @@
-// Files of scenes before libsdformat reads them (scene_text.h).
+// Files of scenes before libsdformat reads them, and words of scenes (scene_text.h).
 #include "scene/scene_text.h"
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <system_error>
+#include <vector>
 
 #include "io/errors.h"
+#include "io/text.h"
 
 namespace cloudcontact::program {
 
@@ -33,6 +37,20 @@ std::string sceneText(const std::filesystem::path& file) {
   if (text.find("</" + kind + ">") == std::string::npos)
     throw BadInput(file.string() + ": cut short, </" + kind + "> is missing; get the whole file");
   return text;
+}
+
+std::array<bool, 6> sidesOf(const std::string& where, const std::string& text) {
+  const std::vector<std::string> sides = {"-x", "+x", "-y", "+y", "-z", "+z"};
+  std::array<bool, 6> held = {};
+  std::istringstream list(text);
+  for (std::string side; list >> side;) {
+    const auto known = std::find(sides.begin(), sides.end(), side);
+    if (known == sides.end())
+      throw BadInput(where + ": " + printable(side) +
+                     " is no side; give some of -x +x -y +y -z +z");
+    held[static_cast<std::size_t>(known - sides.begin())] = true;
+  }
+  return held;
 }
 
 }  // namespace cloudcontact::program

@@ -1,6 +1,7 @@
-// The text of a scene's file.
+// The text of a scene's file, and words in it.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 
@@ -12,5 +13,9 @@ bool isRobotFile(const std::filesystem::path& file);
 // Throws BadInput that names the cause for files that are missing, cut short or something else, of
 // which libsdformat only says that it cannot read them.
 std::string sceneText(const std::filesystem::path& file);
+
+// Sides of a body's bounds, as "-z" or "-x +x", in the order -x +x -y +y -z +z. Throws BadInput
+// that begins with `where`.
+std::array<bool, 6> sidesOf(const std::string& where, const std::string& text);
 
 }  // namespace cloudcontact::program

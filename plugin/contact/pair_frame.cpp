@@ -26,13 +26,13 @@ CcMap mapOf(const Pose& pose, double scaleIn, double scaleOut) {
   return map;
 }
 
-Eigen::AlignedBox3d boxOf(const ContactBody& body) {
+Eigen::AlignedBox3d fieldBoxOf(const ContactBody& body) {
   return body.field ? body.field->bounds() : boundsOf(*body.shape);
 }
 
 // A half-space has no box: compare with the other box's lowest corner.
 bool farFrom(const HalfSpace& plane, const Pose& planePose, const ContactBody& body, double reach) {
-  const Eigen::AlignedBox3d box = boxOf(body);
+  const Eigen::AlignedBox3d box = fieldBoxOf(body);
   const Vec3 normal = body.pose.orientation.conjugate() * (planePose.orientation * plane.normal);
   const double middle =
       plane.normal.dot(planePose.toLocal(body.pose.toWorld(box.center()))) - plane.offset;
@@ -127,7 +127,7 @@ double marginOf(const ContactBody& a, const ContactBody& b, double voxel, double
 bool farApart(const ContactBody& a, const ContactBody& b, double reach) {
   if (const HalfSpace* const plane = planeOf(a)) return farFrom(*plane, a.pose, b, reach);
   if (const HalfSpace* const plane = planeOf(b)) return farFrom(*plane, b.pose, a, reach);
-  const Eigen::AlignedBox3d boxA = boxOf(a), boxB = boxOf(b);
+  const Eigen::AlignedBox3d boxA = fieldBoxOf(a), boxB = fieldBoxOf(b);
   const Vec3 halfA = boxA.sizes() / 2, halfB = boxB.sizes() / 2;
   const Pose bInA = a.pose.inverse() * b.pose;
   const Eigen::Matrix3d turn = bInA.orientation.toRotationMatrix();  // columns: B's axes

@@ -13,7 +13,7 @@ namespace cloudcontact {
 namespace {
 
 // Numbers in float are less exact, so a little more is looked at: of a square, and in cells.
-constexpr float kRounding = 0.9999F;
+constexpr float kLessByRounding = 0.9999F;
 constexpr double kMore = 1e-3;
 
 // The line of a CcNearestHit, in float.
@@ -42,7 +42,7 @@ CC_LANES void leastOf(const Line& to, const float* xs, const float* ys, const fl
     const float square = std::max(0.0F, (x * x + y * y + z * z) - along * along);
     const float away = std::max(0.0F, std::sqrt(square) - line.more);
     const float beside = std::max(0.0F, away - std::min(line.reach * widths[k], line.largest));
-    least[k] = kRounding * (beside * beside + float(CC_MIDDLES) * (away * away));
+    least[k] = kLessByRounding * (beside * beside + float(CC_MIDDLES) * (away * away));
   }
 }
 

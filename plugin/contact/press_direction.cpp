@@ -19,7 +19,7 @@ constexpr double kFaceFirstSize = 1e-7;  // of the bodies' distance
 constexpr double kParallel = 1e-6;       // square of the sine between edges that make no direction
 constexpr double kPrecision = 1e-10;     // of the bodies' distance
 constexpr double kSkin = 0.01;           // of the bodies' distance, the first guess
-constexpr int kRounds = 4;               // skins that are tried
+constexpr int kDirectionRounds = 4;      // skins that are tried
 constexpr int kCloser = 6;               // skins that are tried from there
 constexpr double kLess = 0.7;            // of a skin
 constexpr double kCloseEnough = 0.9;     // of a skin under which the cores are apart
@@ -191,7 +191,8 @@ std::optional<PressDirection> ofOthers(const PlacedConvex& a, const PlacedConvex
   const bool exact = isExact(*a.solid) || isExact(*b.solid);
   double skin = kSkin * size;
   std::optional<Vec3> way;
-  for (int round = 0; round < kRounds && !(way = wayBetweenCores(a, b, skin, size)); ++round)
+  for (int round = 0; round < kDirectionRounds && !(way = wayBetweenCores(a, b, skin, size));
+       ++round)
     skin *= 8;
   if (!way) return std::nullopt;
   double apart = skin, within = 0;  // skins between which the cores come to touch

@@ -11,7 +11,7 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr double kFlat = 0.9999;  // cosine: a circle tilted by less is a circle to 0.01 %
+constexpr double kSameCircle = 0.9999;  // cosine: a circle tilted by less is a circle to 0.01 %
 constexpr double kTouch = 0.1;  // [voxels] overlap of bodies that are moved together, as in clouds
 
 // Two directions across the normal that turn with body A, so that points keep their places.
@@ -42,7 +42,8 @@ FlatFeature flatFeature(const PlacedConvex& body, const Vec3& outward, const Eig
   flat.count = feature.count;
   flat.radius = feature.radius;
   // A tilted disc is none, seen along the normal.
-  if (feature.kind == Feature::Kind::Face && std::abs(axes.col(2).dot(body.turn.col(2))) < kFlat)
+  if (feature.kind == Feature::Kind::Face &&
+      std::abs(axes.col(2).dot(body.turn.col(2))) < kSameCircle)
     flat.radius = 0;
   const Eigen::Matrix3d turn = axes.transpose() * body.turn;
   const Vec3 at = axes.transpose() * (body.at - origin);

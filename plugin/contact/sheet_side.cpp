@@ -5,14 +5,14 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr double kStep = 0.5;  // [voxels]
-constexpr int kMostSteps = 40;
-constexpr int kMatter = 127;  // coverage
+constexpr double kSheetStep = 0.5;  // [voxels]
+constexpr int kMostSheetSteps = 40;
+constexpr int kSheetMatter = 127;  // coverage
 
 // Steps from `x` that stay in matter.
 int stepsInside(const Cloud& cloud, Vec3 x, const Vec3& step) {
   int steps = 0;
-  while (steps < kMostSteps && isMatter(cloud, x += step)) ++steps;
+  while (steps < kMostSheetSteps && isMatter(cloud, x += step)) ++steps;
   return steps;
 }
 
@@ -20,18 +20,18 @@ int stepsInside(const Cloud& cloud, Vec3 x, const Vec3& step) {
 
 bool isMatter(const Cloud& cloud, const Vec3& x) {
   const Eigen::Vector3i v = x.array().floor().cast<int>();
-  return cloud.coverage(v.x(), v.y(), v.z()) > kMatter;
+  return cloud.coverage(v.x(), v.y(), v.z()) > kSheetMatter;
 }
 
 int sideOfSheet(const Cloud& cloud, const Eigen::Vector3f& sample, const Eigen::Vector3f& outward,
                 const Vec3& front, double height) {
   const Vec3 inside = (sample - outward).cast<double>();
   if (!isMatter(cloud, inside)) return 0;
-  const int up = stepsInside(cloud, inside, kStep * front);
-  const int down = stepsInside(cloud, inside, -kStep * front);
-  if (up == kMostSteps && down == kMostSteps) return 0;
-  const double middle =
-      height - outward.cast<double>().dot(front) + 0.5 * kStep * static_cast<double>(up - down);
+  const int up = stepsInside(cloud, inside, kSheetStep * front);
+  const int down = stepsInside(cloud, inside, -kSheetStep * front);
+  if (up == kMostSheetSteps && down == kMostSheetSteps) return 0;
+  const double middle = height - outward.cast<double>().dot(front) +
+                        0.5 * kSheetStep * static_cast<double>(up - down);
   return middle < 0 ? -1 : 1;
 }
 

@@ -39,7 +39,7 @@ void measureAngles(Combination& c) {
 
 BlockCases casesOf(const Combination& c) {
   BlockCases cases;
-  std::uint32_t beyond = 0, once = 0, crossed[kMostFaces];
+  std::uint32_t beyond = 0, once = 0, crossed[kMostEdgeFaces];
   for (int i = 0; i < c.count; ++i) {
     const std::uint32_t outer = c.face[i]->outer(), inner = c.face[i]->inner();
     beyond |= kAllVoxels & (c.concave ? inner : outer);
@@ -49,7 +49,7 @@ BlockCases casesOf(const Combination& c) {
   (c.concave ? cases.full : cases.empty) = beyond;
   (c.concave ? cases.empty : cases.full) = kAllVoxels & ~(beyond | once);
   cases.several = once & ~beyond;
-  std::uint32_t second[kMostFaces] = {};  // where another face crosses the voxel
+  std::uint32_t second[kMostEdgeFaces] = {};  // where another face crosses the voxel
   for (int j = 1; j < c.count; ++j)
     for (int i = 0; i < j; ++i) {
       second[i] |= crossed[j];

@@ -9,7 +9,7 @@
 
 namespace cloudcontact {
 
-constexpr int kMostFaces = CC_MAX_PLANES;
+constexpr int kMostEdgeFaces = CC_MAX_PLANES;
 
 // How two faces share a sub-sample that both cut. `alike` falls from 1 for equal normals to 0 at a
 // right angle, `opposed` from 1 for opposite normals to 0 at a right angle.
@@ -21,10 +21,11 @@ Angle angleBetween(const FaceField& a, const FaceField& b);
 // Faces that bound the material together: the intersection of their half-spaces, or the union where
 // `concave`.
 struct Combination {
-  const FaceField* face[kMostFaces] = {};
+  const FaceField* face[kMostEdgeFaces] = {};
   int count = 0;
   bool concave = false;
-  Angle angle[kMostFaces * (kMostFaces - 1) / 2];  // of 0 and 1, 0 and 2, 1 and 2, 0 and 3, ...
+  Angle angle[kMostEdgeFaces * (kMostEdgeFaces - 1) /
+              2];  // of 0 and 1, 0 and 2, 1 and 2, 0 and 3, ...
 
   const Angle& between(int i, int j) const { return angle[j * (j - 1) / 2 + i]; }  // i < j
 };
@@ -34,7 +35,7 @@ void measureAngles(Combination& c);  // needed after its faces have moved
 // The voxels of a block by the faces that cross them, one bit each.
 struct BlockCases {
   std::uint32_t full = 0, empty = 0, several = 0;
-  std::uint32_t only[kMostFaces] = {};  // this face alone
+  std::uint32_t only[kMostEdgeFaces] = {};  // this face alone
 };
 BlockCases casesOf(const Combination& c);
 

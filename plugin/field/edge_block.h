@@ -1,4 +1,4 @@
-// The coverage of a 3x3x3 block of voxels that up to kMostFaces faces bound, and the faces that
+// The coverage of a 3x3x3 block of voxels that up to kMostEdgeFaces faces bound, and the faces that
 // reproduce a given coverage. The edge search (edge_search.h) rates its hypotheses with it.
 #pragma once
 

@@ -27,7 +27,7 @@ constexpr float kHopeless = 0.3f;  // residual at which refinement stops
 // useless, in each round. Of the hypotheses that refinement makes useful, it stops one of fifty.
 constexpr float kLeast[] = {0.5f, 0.75f, 0.85f, 0.95f}, kLeastHidden[] = {0.25f, 0.5f, 0.7f, 0.9f};
 
-constexpr int kUnknowns = 3 * kMostFaces;
+constexpr int kUnknowns = 3 * kMostEdgeFaces;
 constexpr int kRows = 24;  // whole vector registers
 using Vector = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kUnknowns, 1>;
 using Tangents = Eigen::Matrix<float, 3, 2>;
@@ -118,7 +118,7 @@ void Equations::addCoverage(const BlockTarget& target, const Combination& c,
   for (int i = 0; i < c.count; ++i) crossed |= cases.only[i];
   for (; crossed != 0; crossed &= crossed - 1) {
     const int v = std::countr_zero(crossed);
-    Slope slope[kMostFaces];
+    Slope slope[kMostEdgeFaces];
     if (cases.several >> v & 1) {
       coverage[v] = coverageAndSlopes(c, v, slope);
     } else {
@@ -167,7 +167,7 @@ void refine(const BlockTarget& target, float useful, const Combination& start, H
   Combination c = start;
   const Hypothesis first = h;
   Hypothesis now = h;
-  Tangents tangent[kMostFaces];
+  Tangents tangent[kMostEdgeFaces];
   Equations equations(h.count);
   const auto isHidden = [](const Face& f) { return f.hidden; };
   const float* const least =

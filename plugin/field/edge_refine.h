@@ -7,7 +7,7 @@ namespace cloudcontact {
 
 // Faces that explain a block.
 struct Hypothesis {
-  Face faces[kMostFaces];
+  Face faces[kMostEdgeFaces];
   int count = 0;
   bool concave = false;
   float residual = 1.0f;

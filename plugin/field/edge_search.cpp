@@ -144,7 +144,7 @@ void EdgeSearch::tryTriples() {
 // Selects faces that represent all, where there are more than a record holds, as at the tip of a
 // cone: of the two most alike the lighter is dropped, until few enough are left.
 const FaceField* EdgeSearch::spreadFaces() {
-  while (around_.size() > kMostFaces) {
+  while (around_.size() > kMostEdgeFaces) {
     std::size_t drop = 0;
     float most = -2;
     for (std::size_t j = 1; j < around_.size(); ++j)
@@ -156,7 +156,7 @@ const FaceField* EdgeSearch::spreadFaces() {
       }
     around_.erase(around_.begin() + static_cast<std::ptrdiff_t>(drop));
   }
-  for (std::size_t i = 0; i < kMostFaces; ++i) spread_[i].set(around_[i]);
+  for (std::size_t i = 0; i < kMostEdgeFaces; ++i) spread_[i].set(around_[i]);
   return spread_;
 }
 
@@ -165,7 +165,7 @@ const FaceField* EdgeSearch::spreadFaces() {
 void EdgeSearch::tryTips() {
   trials_.clear();
   if (count_ <= kFewFaces) return;
-  const FaceField* fields = around_.size() > kMostFaces ? spreadFaces() : fields_;
+  const FaceField* fields = around_.size() > kMostEdgeFaces ? spreadFaces() : fields_;
   for (const bool concave : {false, true}) {
     Combination c;
     c.concave = concave;

@@ -58,7 +58,7 @@ class EdgeSearch {
   FaceField fields_[kMostNear];
   Angle angles_[kMostNear][kMostNear];  // of two fields
   std::vector<Face> around_;
-  FaceField spread_[kMostFaces], hidden_, work_[kMostFaces];
+  FaceField spread_[kMostEdgeFaces], hidden_, work_[kMostEdgeFaces];
   std::vector<Trial> trials_, pairs_;         // best first
   std::vector<Trial> candidates_;             // with the least residual that they may leave
   std::vector<std::pair<float, int>> order_;  // of the candidates, by that residual

@@ -20,13 +20,14 @@ using V3i = Eigen::Vector3i;
 // [voxels] from a voxel's center: as far as the finer samples of a coarse one lie, whose middle is
 // in the voxel, on levels 1 and 2; and how far beside such a sample the surface may be that it
 // touches, outside.
-constexpr float kReach[] = {2.0f, 3.5f}, kBeside = 0.75f, kWithin = kReach[1] + kBeside;
+constexpr float kBendReach[] = {2.0f, 3.5f}, kBendBeside = 0.75f,
+                kWithin = kBendReach[1] + kBendBeside;
 constexpr int kCells = 2;  // of two voxels, beside a block, hold the surface within the reach
 // [voxels] More than the fit's noise, so that what only touches is not left out.
 constexpr float kNoise = 0.04f;
 // [voxels] A coarse sample deeper than this is near in any case, and one farther outside is not.
 constexpr float kDeep = 1.5f, kOutside = 2.5f;
-constexpr int kMost = 8192;  // places around a block; with more, its records are not measured
+constexpr int kMostPlaces = 8192;  // places around a block; with more, its records are not measured
 
 // Places of the surface, by cells of two voxels: all samples, and beside edges what the records
 // tell beyond the samples. There the planes of a voxel go on to its borders, and another body's
@@ -143,8 +144,9 @@ class Places {
 struct Around {
   static constexpr int kVector = 16;
   int count = 0;
-  float x[kMost], y[kMost], z[kMost], nx[kMost], ny[kMost], nz[kMost], width[kMost];
-  float height[kMost], square[kMost];  // from the voxel's center
+  float x[kMostPlaces], y[kMostPlaces], z[kMostPlaces], nx[kMostPlaces], ny[kMostPlaces],
+      nz[kMostPlaces], width[kMostPlaces];
+  float height[kMostPlaces], square[kMostPlaces];  // from the voxel's center
 
   // False if there is more than fits.
   bool gather(const Places& places, const V3i& block) {
@@ -157,8 +159,8 @@ struct Around {
           if (!places.has(cell)) continue;
           float* const to[] = {x + count,  y + count,  z + count,    nx + count,
                                ny + count, nz + count, width + count};
-          const int some = places.copy(cell, kMost - count, to);
-          if (some > kMost - count) return false;
+          const int some = places.copy(cell, kMostPlaces - count, to);
+          if (some > kMostPlaces - count) return false;
           count += some;
         }
     return true;
@@ -242,7 +244,7 @@ uint bendAt(CcVoxel record, const CcVoxel* planes, const float* center, Around& 
     addHeights(count == 1 ? record : planes[record.b + k], center, k == 0, ccConcave(record),
                around);
   measureSquares(center, around);
-  const Greatest rises = greatest(around, kReach[0], kReach[1]);
+  const Greatest rises = greatest(around, kBendReach[0], kBendReach[1]);
   return ccPackBend(rises.near + kNoise, rises.far + kNoise);
 }
 

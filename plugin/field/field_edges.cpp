@@ -352,7 +352,7 @@ class EdgeRenewal {
 
   static bool equal(const VoxelState& a, const Hypothesis& h) {
     const VoxelStep step = stepOf(h, a.step->pass, -1);
-    std::array<SurfacePiece, kMostFaces> pieces;
+    std::array<SurfacePiece, kMostEdgeFaces> pieces;
     for (int k = 0; k < h.count; ++k) pieces[static_cast<std::size_t>(k)] = pieceOf(h, k);
     return same(a, {&step, pieces.data()});
   }

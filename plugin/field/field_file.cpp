@@ -80,7 +80,7 @@ std::uint64_t bytesOf(const Array& array) {
   return array.size() * sizeof(array[0]);
 }
 
-class Writer : public HashedWriter<WordHash> {
+class FieldWriter : public HashedWriter<WordHash> {
  public:
   using HashedWriter::HashedWriter;
   template <typename Array>
@@ -132,7 +132,7 @@ void write(const FieldData& field, std::ostream& out) {
   std::uint64_t length = sizeof kFieldMagic + 4 + 8 + 4 * 8 + 3 * 4 + 8 + 8;
   forEachArray(names, cloud.voxels(), field.records(), field.samples(),
                [&](const auto& array) { length += 8 + bytesOf(array); });
-  Writer writer(out);
+  FieldWriter writer(out);
   writer.bytes(kFieldMagic, sizeof kFieldMagic);
   writer.number(kVersion);
   writer.number(length);

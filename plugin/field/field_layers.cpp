@@ -14,9 +14,9 @@ namespace {
 using V3 = Eigen::Vector3f;
 using V3i = Eigen::Vector3i;
 
-constexpr float kOneFace = 0.9f;  // cosine: of pieces within 26 deg only the nearest is kept
+constexpr float kOnePiece = 0.9f;  // cosine: of pieces within 26 deg only the nearest is kept
 
-const BandCell kNone;
+const BandCell kNoCell;
 
 V3i neighbor(const V3i& v, int k) {
   return v + V3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
@@ -54,9 +54,9 @@ FieldLayers::FieldLayers(const FieldDraft& draft, LayerBricks before)
 }
 
 const BandCell& FieldLayers::at(const V3i& v) const {
-  if (!insideGrid(v, kBrickEdge * size_)) return kNone;
+  if (!insideGrid(v, kBrickEdge * size_)) return kNoCell;
   const BandCells* const brick = bricks_[brickIndex(v, size_)].get();
-  return brick ? (*brick)[static_cast<std::size_t>(cellIndex(v))] : kNone;
+  return brick ? (*brick)[static_cast<std::size_t>(cellIndex(v))] : kNoCell;
 }
 
 FieldLayers::Around FieldLayers::around(const V3i& v) const {
@@ -67,7 +67,7 @@ FieldLayers::Around FieldLayers::around(const V3i& v) const {
     const BandCells* const brick = bricks_[brickIndex(v, size_)].get();
     for (int k = 0; k < 27; ++k) {
       const int step = k % 3 - 1 + 8 * (k / 3 % 3 - 1) + 64 * (k / 9 - 1);
-      result.cell[k] = brick ? brick->data() + cell + step : &kNone;
+      result.cell[k] = brick ? brick->data() + cell + step : &kNoCell;
     }
     return result;
   }
@@ -85,7 +85,7 @@ FieldLayers::Around FieldLayers::around(const V3i& v) const {
     const BandCells* const cells =
         inside ? bricks_[static_cast<std::size_t>(brick[0][x] + brick[1][y] + brick[2][z])].get()
                : nullptr;
-    result.cell[k] = cells ? cells->data() + (part[0][x] | part[1][y] | part[2][z]) : &kNone;
+    result.cell[k] = cells ? cells->data() + (part[0][x] | part[1][y] | part[2][z]) : &kNoCell;
   }
   return result;
 }
@@ -154,7 +154,7 @@ BandCell FieldLayers::inherited(const Around& around, const V3i& v) const {
         });
     cell.piece[cell.count++] = nearest.key;
     const NearPiece* const left = std::remove_if(near, near + count, [&](const NearPiece& one) {
-      return one.key == nearest.key || nearest.normal.dot(one.normal) > kOneFace;
+      return one.key == nearest.key || nearest.normal.dot(one.normal) > kOnePiece;
     });
     count = static_cast<int>(left - near);
   }

@@ -49,16 +49,16 @@ int countOf(const Eigen::AlignedBox3d& bounds, double voxel) {
   return count;
 }
 
-struct Level {
-  std::once_flag building, measuring;
-  std::shared_ptr<const SurfaceField> field;
-  LevelError error;
-  std::atomic<bool> isBuilt = false;
-};
-
 }  // namespace
 
 struct FieldLevels::State {
+  struct Level {
+    std::once_flag building, measuring;
+    std::shared_ptr<const SurfaceField> field;
+    LevelError error;
+    std::atomic<bool> isBuilt = false;
+  };
+
   Cloud cloud;
   Eigen::AlignedBox3d bounds;
   FieldSettings settings;
@@ -115,7 +115,7 @@ FieldLevels::FieldLevels(const Cloud& finest, const FieldSettings& settings, Mak
 
 FieldLevels::FieldLevels(std::shared_ptr<const SurfaceField> finest, const FieldSettings& settings)
     : state_(std::make_unique<State>(finest ? finest->cloud() : Cloud(), settings, Make())) {
-  Level& own = state_->at(0);
+  State::Level& own = state_->at(0);
   std::call_once(own.building, [&] { own.field = std::move(finest), own.isBuilt = true; });
 }
 
@@ -168,7 +168,7 @@ int FieldLevels::coarsest(double tolerance) const {
 std::size_t FieldLevels::bytes() const {
   std::size_t sum = state_->cloud.bytes();
   for (int level = 0; level < count(); ++level) {
-    const Level& one = state_->at(level);
+    const State::Level& one = state_->at(level);
     sum += one.error.bytes();
     if (!one.isBuilt || !one.field) continue;
     sum += one.field->bytes();

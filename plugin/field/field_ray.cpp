@@ -25,7 +25,7 @@ constexpr double kAccuracy = 1e-4;  // [voxels]
 constexpr double kNudge = 1e-6;     // [voxels] past a cube's face
 constexpr int kBlockEdge = 4;       // [voxels] of FieldRecords::held()
 constexpr double kAround = 1;       // [voxels] samples end this far within the surface's bounds
-constexpr double kFarthest = 0.5;   // [voxels] smoothing moves a hit along the ray
+constexpr double kHitMoves = 0.5;   // [voxels] smoothing moves a hit along the ray
 constexpr double kSmall = 0.02;     // [voxels] it is not repeated after less
 constexpr double kGrazing = 0.05;   // cosine: hits of flatter rays are not smoothed
 
@@ -111,7 +111,7 @@ class Walk {
       if (std::abs(rise) < kGrazing * along_.norm()) return refined(crossing);
       move = point.depth / rise;
       hit.fraction += move;
-      if (std::abs(hit.fraction - first) * length_ > kFarthest) return refined(crossing);
+      if (std::abs(hit.fraction - first) * length_ > kHitMoves) return refined(crossing);
     }
     hit.fraction = std::max(hit.fraction, 0.0);
     return hit;

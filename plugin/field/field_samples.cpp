@@ -19,7 +19,7 @@ using V3 = Eigen::Vector3f;
 using V3i = Eigen::Vector3i;
 
 // Part of a voxel's volume: rounding of coverage to 1/255 and its noise.
-constexpr float kSliver = 0.004f;
+constexpr float kSliverShare = 0.004f;
 constexpr float kSound = 0.004f;      // largest residual of a quadric that extends to its neighbors
 constexpr float kSureEdge = 0.01f;    // largest residual of an edge whose slivers become samples
 constexpr float kOwnSliver = 0.01f;   // [voxel^2] smaller slivers are merged into a sample
@@ -274,7 +274,7 @@ class SliverCutter {
     for (int own = 0; own < v.count(); ++own) {
       const SurfacePiece& piece = v.pieces[own];
       const CcSurface& f = piece.surface;
-      const bool agrees = ccAbs(ccPredict(&f, offset.data()).volume - filled) < kSliver;
+      const bool agrees = ccAbs(ccPredict(&f, offset.data()).volume - filled) < kSliverShare;
       thin = one ? thin || agrees : thin && agrees;
       if (!crosses(piece, offset)) continue;
       const CutPart part = cutPiece(v, own, offset - V3::Constant(0.5f), 1.0f);

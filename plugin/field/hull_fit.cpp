@@ -20,10 +20,10 @@ namespace {
 
 constexpr std::size_t kSeeds = 24;       // points that are tried for each face
 constexpr double kNear = 0.3;            // from a plane that a point lies on
-constexpr double kFacing = 0.95;         // cosine: its normal is the plane's
-constexpr double kFlat = 0.998;          // cosine, 3.6 deg: as flat faces' normals are
+constexpr double kFacesPlane = 0.95;     // cosine: its normal is the plane's
+constexpr double kFlatNormals = 0.998;   // cosine, 3.6 deg: as flat faces' normals are
 constexpr double kFlatShare = 0.5;       // of a face, at least, is flat; of a ball's cap little is
-constexpr double kRest = 0.05;           // of the surface may lie on no plane, all beside edges
+constexpr double kOnNoPlane = 0.05;      // of the surface may lie on no plane, all beside edges
 constexpr double kLeastFace = 0.002;     // of the surface
 constexpr double kBeyond = 0.02;         // of the surface may lie beyond a plane ...
 constexpr double kFarBeyond = 1;         // ... by more than this
@@ -39,7 +39,7 @@ struct Plane {
 };
 
 bool liesOn(const ShapePoint& p, const Plane& plane) {
-  return std::abs(plane.above(p.position)) < kNear && p.normal.dot(plane.normal) > kFacing;
+  return std::abs(plane.above(p.position)) < kNear && p.normal.dot(plane.normal) > kFacesPlane;
 }
 
 double areaOn(const std::vector<const ShapePoint*>& points, const Plane& plane) {
@@ -104,7 +104,7 @@ bool isFlat(const std::vector<const ShapePoint*>& face, const Plane& plane) {
   double flat = 0, area = 0;
   for (const ShapePoint* p : face) {
     area += p->area;
-    if (p->normal.dot(plane.normal) > kFlat) flat += p->area;
+    if (p->normal.dot(plane.normal) > kFlatNormals) flat += p->area;
   }
   return face.size() >= kLeastPoints && flat >= kFlatShare * area;
 }
@@ -131,7 +131,7 @@ std::vector<Plane> facesOf(const std::vector<const ShapePoint*>& all, std::size_
   std::vector<const ShapePoint*> rest = all;
   enough = 0;
   while (planes.size() < kMostFaces) {
-    if (enough == 0 && areaOf(rest) <= kRest * whole) enough = planes.size();
+    if (enough == 0 && areaOf(rest) <= kOnNoPlane * whole) enough = planes.size();
     const auto plane = largestFace(rest);
     if (!plane) break;
     const auto on = chosen(rest, [&](const ShapePoint& p) { return liesOn(p, *plane); });
@@ -139,7 +139,7 @@ std::vector<Plane> facesOf(const std::vector<const ShapePoint*>& all, std::size_
     planes.push_back(*plane);
     rest = chosen(rest, [&](const ShapePoint& p) { return !liesOn(p, *plane); });
   }
-  if (areaOf(rest) > kRest * whole) planes.clear();
+  if (areaOf(rest) > kOnNoPlane * whole) planes.clear();
   if (enough == 0) enough = planes.size();
   return planes;
 }

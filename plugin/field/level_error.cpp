@@ -13,7 +13,8 @@ namespace cloudcontact {
 namespace {
 
 constexpr double kUnseen = std::numeric_limits<double>::infinity();
-constexpr double kFlat = 1e-3;  // a normal's components are at least this: the formula divides
+constexpr double kLeastSlope =
+    1e-3;  // a normal's components are at least this: the formula divides
 constexpr int kHalvings = 24;
 
 // The share of a unit cube below a plane: that of a box of edges `n` below x + y + z = t.
@@ -116,7 +117,7 @@ void addBrick(const Cloud& fine, const Eigen::Vector3i& brick, Errors& errors) {
 }  // namespace
 
 double depthByCoverage(const Vec3& normal, double share) {
-  const Vec3 n = normal.cwiseAbs().cwiseMax(kFlat);
+  const Vec3 n = normal.cwiseAbs().cwiseMax(kLeastSlope);
   double low = 0, high = n.sum();
   for (int k = 0; k < kHalvings; ++k) {
     const double middle = 0.5 * (low + high);

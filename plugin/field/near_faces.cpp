@@ -17,9 +17,9 @@ constexpr float kSharpest = 1.0f;
 // A quadric beside an edge bends toward it and still explains its block to the bound above.
 // Residuals above this therefore lower a face's weight.
 constexpr float kTypical = 0.0005f;
-constexpr std::size_t kUsual = 128;   // faces near a voxel, to reserve memory
-constexpr float kFlat = 0.012f;       // curvatures below this are noise and are not continued
-constexpr float kSameNormal = 0.97f;  // cosine: faces within 14 deg that also coincide are one
+constexpr std::size_t kUsual = 128;     // faces near a voxel, to reserve memory
+constexpr float kNoCurvature = 0.012f;  // curvatures below this are noise and are not continued
+constexpr float kSameNormal = 0.97f;    // cosine: faces within 14 deg that also coincide are one
 constexpr float kSameOffset = 0.25f;
 
 // A neighbor's surface relative to the block's center, which lies at `r` from the neighbor's.
@@ -28,7 +28,7 @@ Face continued(const CcSurface& f, const Eigen::Vector3f& r) {
   Face face;
   const float off = f.residual / kTypical;
   face.weight = 1.0f / ((0.5f + r.squaredNorm()) * (1.0f + off * off));
-  const bool flat = sharpest(f) < kFlat;
+  const bool flat = sharpest(f) < kNoCurvature;
   if (!flat)
     face.curvature = f.k11 * t1 * t1.transpose() + f.k22 * t2 * t2.transpose() +
                      f.k12 * (t1 * t2.transpose() + t2 * t1.transpose());
@@ -68,7 +68,7 @@ std::vector<Face> distinct(const std::vector<Face>& all, std::size_t most) {
   for (Face& f : sums) {
     f.s /= f.weight;
     f.curvature /= f.weight;
-    if (f.curvature.cwiseAbs().maxCoeff() < kFlat) f.curvature.setZero();
+    if (f.curvature.cwiseAbs().maxCoeff() < kNoCurvature) f.curvature.setZero();
     f.n.normalize();
   }
   return sums;

@@ -16,7 +16,7 @@ using V3 = Eigen::Vector3f;
 using V3i = Eigen::Vector3i;
 
 constexpr std::int32_t kNobody = -1;
-constexpr std::uint32_t kNone = ~0u;
+constexpr std::uint32_t kNoOwner = ~0u;
 // [voxels] A sample's own voxel is looked for this far behind it: one on a voxel's face belongs to
 // the voxel behind.
 constexpr float kBehind[] = {0.05f, 0.5f};
@@ -143,14 +143,14 @@ class Owners {
 // samples, the one that faces most alike.
 std::vector<std::uint32_t> coarserOf(const SampleLevel& level, const SampleColumns& fine) {
   const SampleColumns& all = level.samples;
-  std::vector<std::uint32_t> coarser(fine.size(), kNone);
+  std::vector<std::uint32_t> coarser(fine.size(), kNoOwner);
   for (std::uint32_t k = 0; k < all.size(); ++k) {
     const SampleRun run = level.finer[level.cellOf[k]];
     for (std::uint32_t i = run.first; i < run.first + run.count; ++i) {
       const auto alike = [&](std::uint32_t one) {
         return normalOf(all, one).dot(normalOf(fine, i));
       };
-      if (coarser[i] == kNone || alike(k) > alike(coarser[i])) coarser[i] = k;
+      if (coarser[i] == kNoOwner || alike(k) > alike(coarser[i])) coarser[i] = k;
     }
   }
   return coarser;

@@ -27,9 +27,10 @@ namespace {
 constexpr std::size_t kFitted = 3000;  // samples; more change the fit by less than their noise
 constexpr double kEdgeStep = 0.4;      // [voxels] between the points of an edge that are asked
 constexpr int kParts = 8;              // of a voxel, along each axis, to find how full it is
-constexpr double kFar = 0.4;           // [voxels] beyond the tolerance no sample is, even at edges
-constexpr double kCore = 1;            // [voxels] samples of a hole's wall are as far apart
-constexpr double kDoubtful = 0.02;     // of the samples may lie off the shape
+constexpr double kBeyondTolerance =
+    0.4;                            // [voxels] beyond the tolerance no sample is, even at edges
+constexpr double kCore = 1;         // [voxels] samples of a hole's wall are as far apart
+constexpr double kOffShape = 0.02;  // of the samples may lie off the shape
 constexpr double kPi = std::numbers::pi;
 
 // Lengths in voxels, as the grid's.
@@ -157,7 +158,7 @@ double coverageOff(const Cloud& cloud, const PlacedSolid& shape, const std::vect
 // which are farther than `enough`. Stops if these are too many.
 double samplesOff(const SurfaceField& field, const PlacedSolid& shape,
                   const std::vector<Voxel>& atEdges, double enough, std::vector<Voxel>& doubtful) {
-  const double many = kDoubtful * double(field.sampleCount());
+  const double many = kOffShape * double(field.sampleCount());
   double most = 0;
   for (std::size_t k = 0; k < field.sampleCount(); ++k) {
     const SurfaceSample s = field.sample(k);
@@ -205,7 +206,7 @@ Solid scaled(Solid solid, double by) {
 
 bool isFar(const PlacedSolid& shape, const std::vector<ShapePoint>& pieces, double within) {
   return std::any_of(pieces.begin(), pieces.end(), [&](const ShapePoint& piece) {
-    return std::abs(depthOf(shape, piece.position)) > within + kFar;
+    return std::abs(depthOf(shape, piece.position)) > within + kBeyondTolerance;
   });
 }
 
@@ -229,7 +230,7 @@ std::optional<RecognizedShape> recognizedShape(const SurfaceField& field, double
     best->placed.solid = scaled(shape.solid, voxel);
     best->placed.place = {shape.place.orientation, cloud.origin() + voxel * shape.place.position};
   };
-  for (const PlacedSolid& shape : fittedShapes(pieces, within + kFar)) {
+  for (const PlacedSolid& shape : fittedShapes(pieces, within + kBeyondTolerance)) {
     offer(shape);
     if (best && std::holds_alternative<Sphere>(shape.solid)) break;
   }

@@ -8,8 +8,8 @@ namespace cloudcontact {
 namespace {
 
 // [voxels, voxels^2] Beyond all that a sample can be, and far from where floats overflow.
-constexpr float kMost = 1e6f;
-constexpr float kBeside = 8;       // [voxels] that a sample may lie beside the grid
+constexpr float kMostValue = 1e6f;
+constexpr float kBesideGrid = 8;   // [voxels] that a sample may lie beside the grid
 constexpr float kLongest = 1.01f;  // of a normal
 
 bool within(const LargeVector<float>& column, float low, float high) {
@@ -31,13 +31,13 @@ bool soundNumbers(const SampleLevel& level, const Eigen::Vector3i& size) {
   const SampleColumns& s = level.samples;
   const LargeVector<float>* const places[] = {&s.x, &s.y, &s.z};
   for (int k = 0; k < 3; ++k)
-    if (!within(*places[k], -kBeside, static_cast<float>(size[k]) + kBeside)) return false;
+    if (!within(*places[k], -kBesideGrid, static_cast<float>(size[k]) + kBesideGrid)) return false;
   for (const auto* column : {&s.nx, &s.ny, &s.nz})
     if (!within(*column, -kLongest, kLongest)) return false;
   for (const auto* column : {&s.area, &s.width, &level.clusters.rise})
-    if (!within(*column, 0, kMost)) return false;
+    if (!within(*column, 0, kMostValue)) return false;
   for (const LargeVector<float>& column : level.clusters.spread)
-    if (!within(column, -kMost, kMost)) return false;
+    if (!within(column, -kMostValue, kMostValue)) return false;
   return true;
 }
 
@@ -74,7 +74,7 @@ bool consistent(const SampleSet& samples, const Eigen::Vector3i& size) {
   }
   const SampleBricks& b = samples.bricks;
   for (const auto* column : {&b.x, &b.y, &b.z, &b.radius})
-    if (column->size() != b.runs.size() || !within(*column, -kMost, kMost)) return false;
+    if (column->size() != b.runs.size() || !within(*column, -kMostValue, kMostValue)) return false;
   return samples.levels[0].samples.size() > 0 &&
          areParts(b.runs, samples.levels[kLevels - 1].samples.size());
 }

@@ -15,12 +15,12 @@ namespace cloudcontact {
 namespace {
 
 using Matrix = Eigen::Matrix3d;
-using Vector = Eigen::Matrix<double, 9, 1>;
+using FitVector = Eigen::Matrix<double, 9, 1>;
 using Square = Eigen::Matrix<double, 9, 9>;
 
-constexpr int kRounds = 12;          // of least squares; it converges in three to six
+constexpr int kFitRounds = 12;       // of least squares; it converges in three to six
 constexpr double kStep = 1e-4;       // of the differences, of a unit of length
-constexpr double kFacing = 0.95;     // cosine: a normal is along an axis
+constexpr double kAlongAxis = 0.95;  // cosine: a normal is along an axis
 constexpr double kAcross = 0.3;      // cosine: a normal is across an axis
 constexpr std::size_t kTrials = 60;  // normals that are tried as a box's
 constexpr std::size_t kFew = 200;    // points tell what a body is not
@@ -87,17 +87,17 @@ PlacedSolid improved(const PlacedSolid& shape, const std::vector<ShapePoint>& su
     less.push_back(changed(shape, i, -kStep, size));
   }
   Square normal = Square::Zero();
-  Vector right = Vector::Zero();
+  FitVector right = FitVector::Zero();
   for (const ShapePoint& s : surface) {
     const double depth = depthOf(shape, s.position);
-    Vector slope = Vector::Zero();
+    FitVector slope = FitVector::Zero();
     for (int i = 0; i < count; ++i)
       slope[i] = (depthOf(more[i], s.position) - depthOf(less[i], s.position)) / (2 * kStep);
     normal += s.area * slope * slope.transpose();
     right -= s.area * depth * slope;
   }
   normal.diagonal().array() += 1e-9 * normal.trace() + 1e-30;
-  const Vector step = normal.ldlt().solve(right);
+  const FitVector step = normal.ldlt().solve(right);
   PlacedSolid next = shape;
   for (int i = 0; i < count; ++i) next = changed(next, i, step[i], size);
   return next;
@@ -105,7 +105,7 @@ PlacedSolid improved(const PlacedSolid& shape, const std::vector<ShapePoint>& su
 
 PlacedSolid refined(PlacedSolid shape, const std::vector<ShapePoint>& surface, double size) {
   double best = square(shape, surface);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kFitRounds; ++round) {
     const PlacedSolid next = improved(shape, surface, size);
     if (!isPositive(next)) break;
     const double now = square(next, surface);
@@ -153,7 +153,7 @@ Vec3 facedMost(const std::vector<ShapePoint>& surface, const Vec3& across) {
     Vec3 sum = Vec3::Zero();
     for (const ShapePoint& s : surface) {
       const double along = s.normal.dot(trial);
-      if (std::abs(along) < kFacing) continue;
+      if (std::abs(along) < kAlongAxis) continue;
       area += s.area;
       sum += s.area * (along < 0 ? -1 : 1) * s.normal;
     }
@@ -201,7 +201,7 @@ Turned turnedAbout(const Vec3& axis, const Middle& m, const std::vector<ShapePoi
     t.low = std::min(t.low, z);
     t.high = std::max(t.high, z);
     t.widest = std::max(t.widest, r);
-    if (std::abs(along) > kFacing) continue;
+    if (std::abs(along) > kAlongAxis) continue;
     t.tilt += s.area * along;
     t.radius += (std::abs(along) < kAcross ? s.area : 1e-6 * s.area) * r;
     area += std::abs(along) < kAcross ? s.area : 1e-6 * s.area;

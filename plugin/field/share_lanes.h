@@ -15,10 +15,10 @@ namespace cloudcontact {
 #define CC_INLINE [[gnu::always_inline]] inline
 #define CC_INLINE_LAMBDA __attribute__((always_inline))
 
-// Calls f with `count` faces, kLeast to kMostFaces, as a constant.
+// Calls f with `count` faces, kLeast to kMostEdgeFaces, as a constant.
 template <int kLeast, typename F>
 CC_INLINE auto withFaces(int count, F&& f) {
-  if constexpr (kLeast < kMostFaces) {
+  if constexpr (kLeast < kMostEdgeFaces) {
     if (count != kLeast) return withFaces<kLeast + 1>(count, f);
   }
   return f(std::integral_constant<int, kLeast>());

@@ -9,8 +9,8 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr double kOneFace = 0.9;  // cosine: normals that differ by more are of two faces
-constexpr double kOneWall = 0.5;  // [voxels] depths that differ by more are, too
+constexpr double kOneSmoothFace = 0.9;  // cosine: normals that differ by more are of two faces
+constexpr double kOneWall = 0.5;        // [voxels] depths that differ by more are, too
 
 }  // namespace
 
@@ -31,7 +31,8 @@ SmoothedPoint smoothedPoint(const SurfaceField& field, const Vec3& local, const 
     const float x[3] = {float(from.x()), float(from.y()), float(from.z())};
     const CcDepth d = ccVoxelDepth(record, data.planes(), x);
     const Vec3 facing(d.normal[0], d.normal[1], d.normal[2]);
-    if (facing.dot(own.normal) < kOneFace || std::abs(d.depth - own.depth / voxel) > kOneWall) {
+    if (facing.dot(own.normal) < kOneSmoothFace ||
+        std::abs(d.depth - own.depth / voxel) > kOneWall) {
       oneFace = false;
       continue;
     }

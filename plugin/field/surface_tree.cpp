@@ -13,9 +13,9 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr std::uint32_t kLeaf = 4;  // triangles
-constexpr double kFarthest = 0.75;  // [voxels] that a corner is moved
-constexpr float kNoArea = 1e-6f;    // [voxels^2]
+constexpr std::uint32_t kLeaf = 4;     // triangles
+constexpr double kCornerMoves = 0.75;  // [voxels] that a corner is moved
+constexpr float kNoArea = 1e-6f;       // [voxels^2]
 
 Eigen::Vector3f ontoSurface(const SurfaceField& field, const Eigen::Vector3f& corner) {
   const Cloud& cloud = field.cloud();
@@ -24,7 +24,7 @@ Eigen::Vector3f ontoSurface(const SurfaceField& field, const Eigen::Vector3f& co
   if (!own) return corner;
   const FieldPoint point = smoothedPoint(field, local, *own);
   const Vec3 move = point.depth / cloud.voxelSize() * point.normal;
-  if (!(move.norm() < kFarthest)) return corner;
+  if (!(move.norm() < kCornerMoves)) return corner;
   return corner + move.cast<float>();
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kPoints = 8;               // along a voxel's edge
 constexpr double kMostVoxels = 1 << 18;  // of C
-constexpr int kFarthest = 1 << 13;       // from the voxel [voxels]
+constexpr int kFarthestVoxel = 1 << 13;  // from the voxel [voxels]
 
 double weightAt(const WindowSettings& settings, double depth, double greatest) {
   if (!(depth > 0)) return 0;
@@ -44,7 +44,7 @@ Weighed weigh(const WindowSettings& settings, double voxel, double greatest, con
 }
 
 double greatestDepth(const Solid& solid) {
-  struct Greatest {
+  struct Deepest {
     double operator()(const HalfSpace&) const { return std::numeric_limits<double>::infinity(); }
     double operator()(const Sphere& s) const { return s.radius; }
     double operator()(const Box& b) const { return b.halfExtents.minCoeff(); }
@@ -67,7 +67,7 @@ double greatestDepth(const Solid& solid) {
     }
     double operator()(const SurfaceSolid&) const { return std::numeric_limits<double>::infinity(); }
   };
-  return std::visit(Greatest{}, solid);
+  return std::visit(Deepest{}, solid);
 }
 
 }  // namespace
@@ -92,7 +92,7 @@ Window makeWindow(const WindowSettings& settings, double voxelSize) {
   const Vec3 low = (bounds.min() / voxelSize).array().round();
   const Vec3 high = (bounds.max() / voxelSize).array().round();
   if (!((high - low + Vec3::Ones()).prod() <= kMostVoxels) ||
-      low.cwiseAbs().maxCoeff() > kFarthest || high.cwiseAbs().maxCoeff() > kFarthest)
+      low.cwiseAbs().maxCoeff() > kFarthestVoxel || high.cwiseAbs().maxCoeff() > kFarthestVoxel)
     throw std::length_error("makeWindow: the cuttable area holds " +
                             std::to_string((high - low + Vec3::Ones()).prod()) +
                             " voxels or lies too far away; take a smaller one or larger voxels");

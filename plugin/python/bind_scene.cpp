@@ -10,6 +10,7 @@
 #include "scene/scene.h"
 #include "scene/scene_check.h"
 #include "scene/scene_file.h"
+#include "scene/scene_text.h"
 
 namespace cloudcontact::python {
 namespace {
@@ -113,11 +114,52 @@ SceneDrive driveOf(const py::object& drive, bool isStatic) {
   return {Pose(), vectorOf("drive, linear", linear), vectorOf("drive, angular", angular)};
 }
 
+// How its contacts are found, where they are not as usual.
+struct ContactWords {
+  py::object window, representative, area;
+  std::optional<double> tolerance;
+};
+
+void takeContact(const ContactWords& words, SceneCollision& collision) {
+  if (!words.window.is_none()) collision.paper.window = solidOf("window", words.window);
+  if (!words.representative.is_none())
+    collision.paper.representative = vectorOf("representative", words.representative);
+  if (!words.area.is_none()) collision.paper.area = solidOf("area", words.area);
+  if (words.tolerance && !(*words.tolerance >= 0 && std::isfinite(*words.tolerance)))
+    throw std::invalid_argument("tolerance: must be 0 or more and finite");
+  collision.tolerance = words.tolerance;
+}
+
+// It deforms.
+struct SoftWords {
+  std::optional<double> spacing;
+  std::string held;
+};
+
+void takeSoft(const SoftWords& words, const SceneBody& body, SceneCollision& collision) {
+  if (!words.spacing) {
+    if (!words.held.empty())
+      throw std::invalid_argument("held: of a body that deforms; give soft, too");
+    return;
+  }
+  if (!(*words.spacing > 0) || !std::isfinite(*words.spacing))
+    throw std::invalid_argument("soft: must be the way between nodes [m], above 0 and finite");
+  if (!body.isFree())
+    throw std::invalid_argument("soft: the body is static or driven; hold its sides by held");
+  if (body.stiffness)
+    throw std::invalid_argument("soft: its stiffness follows from its tissue; leave one out");
+  if (collision.paper.isGiven())
+    throw std::invalid_argument("soft: what deforms has no window, representative and area");
+  if (collision.tissues.empty())
+    throw std::invalid_argument("soft: give its tissue, whose elasticity it has");
+  collision.soft = SceneSoft{*words.spacing, sidesOf("held", words.held)};
+}
+
 void addBody(SceneDescription& scene, const std::string& name, const py::object& shape,
              const py::object& pose, const BodyWords& words, const py::object& velocity,
              const py::object& angularVelocity, const py::object& unit, const py::object& tissue,
              bool cuttable, const std::optional<Cutter>& cutter, double ability,
-             const py::object& drive) {
+             const py::object& drive, const ContactWords& contact, const SoftWords& soft) {
   checkWords(words);
   if (std::any_of(scene.bodies.begin(), scene.bodies.end(),
                   [&](const SceneBody& b) { return b.name == name; }))
@@ -145,6 +187,8 @@ void addBody(SceneDescription& scene, const std::string& name, const py::object&
   if (std::holds_alternative<ScenePlane>(collision.geometry) && !words.isStatic)
     throw std::invalid_argument("shape: a half-space has no mass; give static=True");
   if (!drive.is_none()) body.drive = driveOf(drive, words.isStatic);
+  takeContact(contact, collision);
+  takeSoft(soft, body, collision);
   body.collisions.push_back(std::move(collision));
   validate(body);
   scene.bodies.push_back(std::move(body));
@@ -272,20 +316,45 @@ void bindScene(py::module_& module) {
              std::optional<double> damping, std::optional<double> restitution,
              const py::object& velocity, const py::object& angularVelocity, const py::object& unit,
              const py::object& tissue, bool cuttable, const std::optional<Cutter>& cutter,
-             double ability, const py::object& drive) {
+             double ability, const py::object& drive, const py::object& window,
+             const py::object& representative, const py::object& area,
+             std::optional<double> tolerance, std::optional<double> soft, const std::string& held) {
             addBody(scene, name, shape, pose,
                     {mass, friction, stiffness, damping, restitution, isStatic}, velocity,
-                    angularVelocity, unit, tissue, cuttable, cutter, ability, drive);
+                    angularVelocity, unit, tissue, cuttable, cutter, ability, drive,
+                    {window, representative, area, tolerance}, {soft, held});
           },
           "name"_a, "shape"_a, "pose"_a = py::none(), py::kw_only(), "mass"_a = py::none(),
           "static"_a = false, "friction"_a = py::none(), "stiffness"_a = py::none(),
           "damping"_a = py::none(), "restitution"_a = py::none(), "velocity"_a = py::none(),
           "angular_velocity"_a = py::none(), "unit"_a = 1.0, "tissue"_a = py::none(),
-          "cuttable"_a = false, "cutter"_a = py::none(), "ability"_a = 1.0, "drive"_a = py::none())
+          "cuttable"_a = false, "cutter"_a = py::none(), "ability"_a = 1.0, "drive"_a = py::none(),
+          "window"_a = py::none(), "representative"_a = py::none(), "area"_a = py::none(),
+          "tolerance"_a = py::none(), "soft"_a = py::none(), "held"_a = "")
       .def("add",
-           takingWords("add", {"name", "shape", "pose", "mass", "static", "friction", "stiffness",
-                               "damping", "restitution", "velocity", "angular_velocity", "unit",
-                               "tissue", "cuttable", "cutter", "ability", "drive"}),
+           takingWords("add", {"name",
+                               "shape",
+                               "pose",
+                               "mass",
+                               "static",
+                               "friction",
+                               "stiffness",
+                               "damping",
+                               "restitution",
+                               "velocity",
+                               "angular_velocity",
+                               "unit",
+                               "tissue",
+                               "cuttable",
+                               "cutter",
+                               "ability",
+                               "drive",
+                               "window",
+                               "representative",
+                               "area",
+                               "tolerance",
+                               "soft",
+                               "held"}),
            "Adds a body.\n\n"
            "shape: a file of a mesh, points, a CT volume or a cloud, a Mesh, a Cloud, or a Box,\n"
            "Sphere, Cylinder, Capsule, Cone or HalfSpace. pose: of its frame in the world. mass\n"
@@ -299,7 +368,11 @@ void bindScene(py::module_& module) {
            "angular_velocity (3,) [rad/s]. unit: of a mesh, meters or \"mm\" .... tissue: a name\n"
            "in World's table, or a dict of names by the mesh's parts. cuttable: tools cut it.\n"
            "cutter: it is a tool, with its cutting `ability`. drive: velocities (linear, angular)\n"
-           "that nothing changes. Raises ValueError that names what does not fit.")
+           "that nothing changes. window, representative (3,), area: the paper's C, Gr from C's\n"
+           "center, and D, a Sphere, Box or Ellipsoid [m]. tolerance: of its contacts [m]; 0: it\n"
+           "is never taken for a plain shape. soft: it deforms by its tissue's elasticity, with\n"
+           "this way between its nodes [m]; held: the sides whose nodes stay, as \"-z\" or\n"
+           "\"-x +x\". Raises ValueError that names what does not fit.")
       .def("_join", &addJoint, "kind"_a, "child"_a, "parent"_a = py::none(),
            "position"_a = py::none(), "axis"_a = py::none(), py::kw_only(), "name"_a = py::none(),
            "lower"_a = py::none(), "upper"_a = py::none(), "spring"_a = 0.0, "damping"_a = 0.0,

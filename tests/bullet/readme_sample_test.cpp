@@ -62,15 +62,15 @@ double heightAfterASecond(World& w, const cloudcontact::Mesh& mesh) {
   btCollisionDispatcher& dispatcher = w.dispatcher;
   Fall fall(world);
   // sample begins
-  using namespace cloudcontact;
-  CloudContact contact;        // outlives the dispatcher
-  contact.attach(dispatcher);  // from now on the world knows clouds
-  recommendedSettings(world);  // solver settings; diagnose(world) explains them
+  namespace cc = cloudcontact;
+  cc::CloudContact contact;        // outlives the dispatcher
+  contact.attach(dispatcher);      // from now on the world knows clouds
+  cc::recommendedSettings(world);  // solver settings; cc::diagnose(world) explains them
 
-  CloudBody body(mesh, place, {.mass = 1, .law = KelvinVoigt{1e5, 100}});  // k [N/m], c [N s/m]
+  cc::CloudBody body(mesh, place, {.mass = 1, .law = cc::KelvinVoigt{1e5, 100}});  // [N/m, N s/m]
   body.addTo(world);
   // sample ends
-  EXPECT_TRUE(diagnose(world).empty());
+  EXPECT_TRUE(cc::diagnose(world).empty());
   return fall.height(body.body());
 }
 

@@ -64,3 +64,52 @@ def test_poses_take_points_of_any_shape():
     np.testing.assert_allclose(pose.to_world([1, 0, 0]), [1, 3, 3], atol=1e-12)
     with pytest.raises(ValueError, match="local: give points"):
         pose.to_world(np.zeros((3, 2)))
+
+
+def test_a_window_is_the_bodys_own():
+    """A wide C rounds a block's edge: it pushes aside where the edge alone pushes straight."""
+
+    def aside(**words):
+        scene = cc.Scene(step=1e-3)
+        block = cc.digitize(cc.Mesh(*box_arrays([0.02, 0.02, 0.02])), 0.001)
+        scene.add("table", block, (0, 0, -0.01), static=True, **words)
+        scene.add("block", block, (0.0185, 0, 0.0095), mass=0.1, stiffness=1e4)
+        world = cc.World(scene, voxel=0.001)
+        world.step()
+        normals = world.contacts()["normal"]
+        assert len(normals) > 0
+        return np.abs(normals[:, 0]).mean()
+
+    assert aside(window=cc.Sphere(0.004)) > aside() + 0.02
+
+
+def test_soft_bodies_deform():
+    scene = cc.Scene(step=1 / 240)
+    gum = cc.Tissue("gum", stiffness=2000, damping=2, density=1000, elasticity=2e4)
+    scene.add("table", cc.Box((0.05, 0.05, 0.005)), (0, 0, -0.005), static=True, tissue="gum")
+    scene.add("gum", cc.Box((0.01, 0.01, 0.02)), (0, 0, 0.03), tissue="gum", soft=0.01, held="+z")
+    world = cc.World(scene, voxel=0.002, tissues=[gum])
+    start = world["gum"].position
+    world.run(0.5)
+    sunk = start[2] - world["gum"].position[2]
+    # It hangs from its upper side: half of rho g L^2 / (2 E) in the mean, about.
+    assert 1e-5 < sunk < 4e-4
+
+
+@pytest.mark.parametrize(
+    "words, what",
+    [
+        ({"soft": 0.01}, "tissue"),
+        ({"soft": -1, "tissue": "gum"}, "soft"),
+        ({"soft": 0.01, "tissue": "gum", "static": True}, "static"),
+        ({"soft": 0.01, "tissue": "gum", "stiffness": 1e3}, "stiffness"),
+        ({"soft": 0.01, "tissue": "gum", "window": cc.Sphere(0.01)}, "window"),
+        ({"soft": 0.01, "tissue": "gum", "held": "up"}, "held"),
+        ({"held": "-z"}, "soft"),
+        ({"window": 0.01}, "window"),
+        ({"tolerance": -1}, "tolerance"),
+    ],
+)
+def test_what_a_body_cannot_be_is_named(words, what):
+    with pytest.raises(ValueError, match=what):
+        cc.Scene().add("body", cc.Box((0.01, 0.01, 0.01)), **words)

@@ -26,8 +26,8 @@ struct Pose {
   }
 };
 
-// The shortest rotation that turns `from` towards `to`, whose lengths do not matter. Eigen's
-// FromTwoVectors(), compiled once: in each file that calls it, it costs ten seconds.
+// The shortest rotation that turns `from` towards `to`, whose lengths do not matter; one of them
+// where they are opposite. As Eigen's FromTwoVectors(), which takes seconds to compile.
 Eigen::Quaterniond shortestTurn(const Vec3& from, const Vec3& to);
 
 // The velocity of a rigid body, in world coordinates.

@@ -471,6 +471,12 @@ class Scene:
         cutter: Optional[Cutter] = None,
         ability: float = 1.0,
         drive: Optional[Tuple[npt.ArrayLike, npt.ArrayLike]] = None,
+        window: Optional[Solid] = None,
+        representative: Optional[npt.ArrayLike] = None,
+        area: Optional[Solid] = None,
+        tolerance: Optional[float] = None,
+        soft: Optional[float] = None,
+        held: str = "",
     ) -> None: ...
     def join(
         self,
