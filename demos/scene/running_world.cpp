@@ -41,6 +41,10 @@ World::State::State(const SceneDescription& scene, const WorldSettings& settings
   world.getPairCache()->setOverlapFilterCallback(&filter);
   world.setGravity(toBullet(scene.gravity));
   world.getWorldInfo().m_gravity = toBullet(scene.gravity);
+}
+
+// Apart from the constructor: where it throws, bodies must leave the world as at its end.
+void World::State::fill(const SceneDescription& scene, const WorldSettings& settings) {
   addBodies(scene, settings);
   for (const auto& joint : scene.joints) addJoint(joint);
   settle(settings);
@@ -169,18 +173,21 @@ World::World(const SceneDescription& scene, const WorldSettings& settings) {
   validate(settings);
   validate(scene);
   state_ = std::make_unique<State>(scene, settings);
+  state_->fill(scene, settings);
 }
 
+World::~World() = default;
+
 // Bullet's world must lose its bodies and joints before they are destroyed.
-World::~World() {
-  for (auto& joint : state_->joints) state_->world.removeConstraint(joint.rows.get());
-  for (auto& body : state_->bodies) {
+World::State::~State() {
+  for (auto& joint : joints) world.removeConstraint(joint.rows.get());
+  for (auto& body : bodies) {
     if (body.cuts)
       body.cuts->leaveWorld();
     else if (body.soft)
       body.soft->leaveWorld();
     else
-      state_->world.removeRigidBody(body.rigid);
+      world.removeRigidBody(body.rigid);
   }
 }
 

@@ -44,6 +44,8 @@ struct World::State {
   };
 
   explicit State(const SceneDescription& scene, const WorldSettings& settings);
+  ~State();
+  void fill(const SceneDescription& scene, const WorldSettings& settings);
   void addBodies(const SceneDescription& scene, const WorldSettings& settings);
   void addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings);
   void makeRigid(Body& body);

@@ -34,7 +34,7 @@ void World::State::addJoint(const SceneJoint& joint) {
   for (const int body : {joint.parent, joint.child})
     if (body >= 0 && bodies[body].soft)
       throw BadInput("joint '" + joint.name + "': body '" + bodies[body].scene.name +
-                     "' deforms; hold its sides by <cloudcontact:soft held=\"...\"> instead");
+                     "' deforms; hold its sides instead (<cloudcontact:soft held=\"...\">)");
   const auto centerOf = [&](int body) {
     return body < 0 ? Pose() : bodies[body].scene.pose * bodies[body].parts.frame;
   };

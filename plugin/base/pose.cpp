@@ -1,7 +1,6 @@
 // The part of poses that is better compiled once.
 #include <cloudcontact/base/pose.h>
 
-#include <algorithm>
 #include <cmath>
 
 namespace cloudcontact {
@@ -14,9 +13,8 @@ Eigen::Quaterniond shortestTurn(const Vec3& from, const Vec3& to) {
   const double cosine = b.dot(a);
   Eigen::Quaterniond turn;
   if (cosine < kOpposite) {
-    const double half = std::max(0.0, (1 + cosine) / 2);  // of the cosine's square
-    turn.w() = std::sqrt(half);
-    turn.vec() = std::sqrt(1 - half) * a.unitOrthogonal();
+    turn.w() = 0;  // right to 1.4e-6 rad
+    turn.vec() = a.unitOrthogonal();
     return turn;
   }
   const double twice = std::sqrt((1 + cosine) * 2);

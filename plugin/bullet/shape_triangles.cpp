@@ -148,10 +148,11 @@ const Solid* ShapeTriangles::of(const btCollisionShape& shape, const Pose& pose,
     ++changes_;
   }
   if (surface_->empty()) return nullptr;
-  if (changed ||
+  if (changed || cloud.field != chosenBy_ ||
       farthestMove(cloud.field->bounds(), toShape, chosenAt_) >= surface_->turnsAfter()) {
     chooseSides(toShape, *cloud.field);
     chosenAt_ = toShape;
+    chosenBy_ = cloud.field;
   }
   return &solid_;
 }

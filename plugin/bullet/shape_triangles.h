@@ -37,7 +37,9 @@ class ShapeTriangles {
   std::vector<double> read_, joined_;  // corners; those that surface_ was made of
   std::vector<Vec3> points_;
   Eigen::AlignedBox3d box_;
+  // What chose the sides last.
   Pose chosenAt_;
+  const SurfaceField* chosenBy_ = nullptr;
   int changes_ = 0;
 };
 

@@ -145,9 +145,11 @@ void TriangleSurface::addPrisms() {
   }
 }
 
-// Of what is computed in single precision [m].
+// Of what is computed in single precision of the face, and of places that are asked [m].
 double TriangleSurface::roundingOf(const Triangle& face) const {
-  return kRounding * ((face.a - origin_).norm() + face.longest());
+  const double asked = within_.diagonal().norm();
+  return kRounding *
+         ((face.a - origin_).norm() + face.longest() + (std::isfinite(asked) ? asked : 0));
 }
 
 // A surface that is read anew a little farther on has mostly the same faces. What was found out
@@ -160,8 +162,9 @@ void TriangleSurface::keepRooms(const TriangleSurface& before) {
     const Eigen::AlignedBox3d around = own.around();
     if (!within_.contains(around) || !before.within_.contains(around)) continue;
     const std::uint32_t was = before.faceLike(own);
-    if (was == kNone || before.faces_[was].normal != own.normal || !before.isMeasured(was))
-      continue;
+    if (was == kNone || !before.isMeasured(was)) continue;
+    const Triangle& old = before.triangles_[before.place_[was]];
+    if (old.a != own.a || old.b != own.b) continue;  // its sides are in another order
     const auto more = static_cast<float>(roundingOf(own) - before.roundingOf(own));
     for (const int under : {0, 1}) {
       prisms_[f].side[under] = before.prisms_[was].side[under];
@@ -290,7 +293,8 @@ void TriangleSurface::spreadCells() {
 
 std::size_t TriangleSurface::cellOf(const Eigen::Vector3f& place) const {
   const Eigen::Array3f at = place.array() * cellsPerMeter_ + cells_.cast<float>() / 2;
-  const Eigen::Array3i cell = at.max(0.0f).min((cells_ - 1).cast<float>()).cast<int>();
+  const Eigen::Array3f last = (cells_ - 1).cast<float>();
+  const Eigen::Array3i cell = (at > 0).select(at.min(last), 0.0f).cast<int>();  // NaN: 0
   return static_cast<std::size_t>((cell.z() * cells_.y() + cell.y()) * cells_.x() + cell.x());
 }
 

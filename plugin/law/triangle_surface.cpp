@@ -342,9 +342,10 @@ bool TriangleSurface::turnTo(std::span<const Vec3> points) {
     votes_[faces_[near.face].sheet] += voteOf(near, x);
     past |= near.feature > 0 && rimOf(near).border;
   }
-  // No distance to one sheet changes by more than its point moves, but past a border its sign may.
+  // No distance to a sheet without borders that does not cross itself changes by more than its
+  // point moves. Past a border its sign may.
   turnsAfter_ =
-      votes_.size() > 1 || past
+      votes_.size() > 1 || past || hasBorders_
           ? 0
           : std::abs(votes_[0]) / static_cast<double>(std::max<std::size_t>(points.size(), 1));
   // Sheets that are nearest to no point: by some of the points.

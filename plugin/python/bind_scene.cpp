@@ -120,11 +120,24 @@ struct ContactWords {
   std::optional<double> tolerance;
 };
 
+// As in files.
+Solid plainSolidOf(const char* what, const py::object& value) {
+  if (py::isinstance<Sphere>(value) || py::isinstance<Box>(value) ||
+      py::isinstance<Ellipsoid>(value))
+    return solidOf(what, value);
+  throw std::invalid_argument(std::string(what) + ": give a Sphere, Box or Ellipsoid");
+}
+
 void takeContact(const ContactWords& words, SceneCollision& collision) {
-  if (!words.window.is_none()) collision.paper.window = solidOf("window", words.window);
+  const bool any = !words.window.is_none() || !words.representative.is_none() ||
+                   !words.area.is_none() || words.tolerance;
+  if (any && std::holds_alternative<ScenePlane>(collision.geometry))
+    throw std::invalid_argument(
+        "shape: a half-space has no voxels, and so no window, representative, area or tolerance");
+  if (!words.window.is_none()) collision.paper.window = plainSolidOf("window", words.window);
   if (!words.representative.is_none())
     collision.paper.representative = vectorOf("representative", words.representative);
-  if (!words.area.is_none()) collision.paper.area = solidOf("area", words.area);
+  if (!words.area.is_none()) collision.paper.area = plainSolidOf("area", words.area);
   if (words.tolerance && !(*words.tolerance >= 0 && std::isfinite(*words.tolerance)))
     throw std::invalid_argument("tolerance: must be 0 or more and finite");
   collision.tolerance = words.tolerance;
@@ -150,6 +163,10 @@ void takeSoft(const SoftWords& words, const SceneBody& body, SceneCollision& col
     throw std::invalid_argument("soft: its stiffness follows from its tissue; leave one out");
   if (collision.paper.isGiven())
     throw std::invalid_argument("soft: what deforms has no window, representative and area");
+  if (collision.isCuttable || collision.cutter)
+    throw std::invalid_argument("soft: soft tissue neither cuts nor wears; leave the other out");
+  if (std::holds_alternative<ScenePlane>(collision.geometry))
+    throw std::invalid_argument("soft: a half-space has no matter; give a Box");
   if (collision.tissues.empty())
     throw std::invalid_argument("soft: give its tissue, whose elasticity it has");
   collision.soft = SceneSoft{*words.spacing, sidesOf("held", words.held)};

@@ -96,6 +96,16 @@ def test_soft_bodies_deform():
     assert 1e-5 < sunk < 4e-4
 
 
+def test_a_soft_body_that_cannot_be_joined_is_refused():
+    made = cc.Scene()
+    made.add("ball", cc.Sphere(0.01), mass=0.1)
+    made.add("gum", cc.Box((0.01, 0.01, 0.02)), (0, 0, 0.1), tissue="gum", soft=0.01)
+    made.join("ball", "gum", "ball")
+    gum = cc.Tissue("gum", stiffness=2000, damping=2, density=1000, elasticity=2e4)
+    with pytest.raises(ValueError, match="deforms"):
+        cc.World(made, voxel=0.002, tissues=[gum])
+
+
 @pytest.mark.parametrize(
     "words, what",
     [
@@ -105,7 +115,9 @@ def test_soft_bodies_deform():
         ({"soft": 0.01, "tissue": "gum", "stiffness": 1e3}, "stiffness"),
         ({"soft": 0.01, "tissue": "gum", "window": cc.Sphere(0.01)}, "window"),
         ({"soft": 0.01, "tissue": "gum", "held": "up"}, "held"),
+        ({"soft": 0.01, "tissue": "gum", "cuttable": True}, "cuts"),
         ({"held": "-z"}, "soft"),
+        ({"window": cc.Cylinder(0.01, 0.01)}, "window"),
         ({"window": 0.01}, "window"),
         ({"tolerance": -1}, "tolerance"),
     ],
