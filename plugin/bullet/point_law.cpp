@@ -73,42 +73,29 @@ KelvinVoigt PointLaw::shareOf(const ContactPoint& source, double pressed) const 
   return {part.stiffness * source.slope, part.damping * source.slope};
 }
 
-// How long a step is beside the pair's spring, 0..1: with mass m, rows that grow by b times the
-// spring are unstable from (b - 1) h^2 k / m = 4 on.
-double PointLaw::lengthOfStep(const ContactPoint& source, double stiffness) const {
-  constexpr double kStable = 4;
-  const double step = settings_.step, pair = step * step * stiffness * slope_ / source.slope;
-  return pair > 0 ? pair / (pair + kStable * sides_.mass) : 0;
-}
-
 // What a point's row grows more than by its `stiffness`, over it.
 //
-// A spring that is soft beside the step needs no more. And a point that slides on within the step
-// is pressed in another place at its end: a nut that runs down its bolt would be held back there,
-// as normals lean by up to 3 deg.
+// With mass m, a step of h is unstable from (b - 1) h^2 k / m = 4 on; a spring far below that needs
+// no more. And a point that slides on within the step is pressed in another place at its end: a nut
+// that runs down its bolt would be held back there, as normals lean by up to 3 deg.
 double PointLaw::growthAt(const ContactPoint& source, double stiffness) const {
-  constexpr double kStays = 0.1;  // of its depth
+  constexpr double kStable = 4, kStays = 0.1;  // kStays: of its depth
   if (!(turning_ > 0) || !(source.depth > 0) || !(stiffness > 0)) return 0;
-  const double slid =
-      settings_.step * slipOf(source, sides_.motionA, sides_.motionB).norm() / source.depth;
-  return turning_ * lengthOfStep(source, stiffness) * std::max(0.0, 1 - slid / kStays);
+  const double step = settings_.step, pair = step * step * stiffness * slope_ / source.slope;
+  const double slid = step * slipOf(source, sides_.motionA, sides_.motionB).norm() / source.depth;
+  return turning_ * pair / (pair + kStable * sides_.mass) * std::max(0.0, 1 - slid / kStays);
 }
 
 // Bullet's row is k (depth + step v) + c v. A point's force is that of its share of k at the depth
 // at which it is pressed; so at the depth that it states, its k is another, and c takes the
-// difference in growth. A point that is pressed deeper than it states would then push on beyond the
-// touch. In a step that is short beside the spring that is the force's slope, and nothing gets
-// there. In a long one the bodies part within the step, with a speed that no spring has stored: the
-// row of a stated spring ends at the touch. An automatic one is never so hard.
+// difference in growth.
 void PointLaw::write(const ContactPoint& source, btManifoldPoint& point) const {
   const double pressed = pressedDepth(source), step = settings_.step;
   KelvinVoigt law = shareOf(source, pressed);
   law.damping += step * growthAt(source, law.stiffness) * law.stiffness;
   if (pressed != source.depth) {
     const double stated = law.stiffness * (pressed / source.depth);
-    const bool beyond = !tangent_ && stated > law.stiffness;
-    const double rest = beyond ? 1 - lengthOfStep(source, law.stiffness) : 1;
-    law.damping += rest * step * (law.stiffness - stated);
+    law.damping += step * (law.stiffness - stated);
     law.stiffness = stated;
   }
   point.m_combinedContactStiffness1 = static_cast<btScalar>(law.stiffness);

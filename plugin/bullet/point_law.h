@@ -23,7 +23,6 @@ class PointLaw {
 
  private:
   KelvinVoigt shareOf(const ContactPoint& source, double pressed) const;
-  double lengthOfStep(const ContactPoint& source, double stiffness) const;
   double growthAt(const ContactPoint& source, double stiffness) const;
 
   const PairSides& sides_;
