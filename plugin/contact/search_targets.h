@@ -243,7 +243,7 @@ struct ShapeTarget {
     return divided;
   }
 
-  // In steps that do not wait for each other.
+  // Three loops, so that a processor can overlap the look-ups.
   void measureTriangles(Lanes& lanes) const {
     Vec3 places[kLanes];
     TriangleSurface::Point found[kLanes];

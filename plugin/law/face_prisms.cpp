@@ -45,7 +45,7 @@ double halfRise(double slope) {
 
 }  // namespace
 
-// All that decides about the room in a face's prism.
+// What may limit the room in a face's prism is in this box.
 Eigen::AlignedBox3d TriangleSurface::Triangle::around() const {
   const double reach = kPrism * longest();
   const Eigen::AlignedBox3d own = box();
@@ -152,8 +152,8 @@ double TriangleSurface::roundingOf(const Triangle& face) const {
          ((face.a - origin_).norm() + face.longest() + (std::isfinite(asked) ? asked : 0));
 }
 
-// A surface that is read anew a little farther on has mostly the same faces. What was found out
-// about a face is so still if all that is around it is the same.
+// As a body moves on, the surface is built again from mostly the same triangles. A face keeps its
+// measured prism where nothing around it has changed.
 void TriangleSurface::keepRooms(const TriangleSurface& before) {
   if (prisms_.empty() || before.prisms_.empty() || !agreesWith(before) || !before.agreesWith(*this))
     return;
@@ -176,7 +176,7 @@ void TriangleSurface::keepRooms(const TriangleSurface& before) {
   }
 }
 
-// Whether all faces where the other is known, too, are among its own.
+// Whether the other has each of these faces that lies where it was read.
 bool TriangleSurface::agreesWith(const TriangleSurface& other) const {
   return std::all_of(triangles_.begin(), triangles_.end(), [&other](const Triangle& t) {
     return !other.within_.intersects(t.box()) || other.faceLike(t) != kNone;
@@ -200,8 +200,8 @@ void TriangleSurface::measure(std::uint32_t face, Prism& prism) const {
   }
 }
 
-// Whether no other face can be nearer to a point of the prism, `ahead` of the sides and the face.
-// Without branches, which a processor cannot predict.
+// Whether the place is in the prism and no other face can be nearer to it. Without branches, which
+// a processor cannot predict.
 inline bool TriangleSurface::Prism::holds(const Eigen::Vector3f& place) const {
   float ahead[4];
   for (int k = 0; k < 4; ++k)
@@ -274,7 +274,7 @@ void TriangleSurface::addCells() {
   spreadCells();
 }
 
-// What no face's middle lies in begins at the next that has one.
+// A cell without the middle of a face takes the face of a neighbor.
 void TriangleSurface::spreadCells() {
   const auto copy = [this](std::size_t to, std::size_t from) {
     if (lastFrom_[to] == kNone) lastFrom_[to] = lastFrom_[from];
@@ -298,9 +298,9 @@ std::size_t TriangleSurface::cellOf(const Eigen::Vector3f& place) const {
   return static_cast<std::size_t>((cell.z() * cells_.y() + cell.y()) * cells_.x() + cell.x());
 }
 
-// Where a face was found last from about there, it mostly is the nearest again, and its prism says
-// so. Else the way leads over the faces' sides; a search of the tree is the last resort. Where the
-// search began does not show in the result.
+// The face that was last found from a cell is mostly the nearest again, and its prism says so. If
+// not, the search walks from face to face, and as a last resort through the tree. The result does
+// not depend on where it began.
 TriangleSurface::Point TriangleSurface::at(const Vec3& x) const {
   const Eigen::Vector3f place = (x - origin_).cast<float>();
   const std::atomic_ref last(lastFrom_[cellOf(place)]);
@@ -317,7 +317,7 @@ TriangleSurface::Point TriangleSurface::at(const Vec3& x) const {
   return signedBy(near, x);
 }
 
-// Any face within reach says so; only where the one that was found last does not, all are asked.
+// If the face that was last found from there is within reach, no search is needed.
 double TriangleSurface::beyond(const Vec3& x, double reach) const {
   const std::uint32_t face = std::atomic_ref(lastFrom_[cellOf((x - origin_).cast<float>())])
                                  .load(std::memory_order_relaxed);
